@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from experiments.cached_results import CachedResults, Cases, Result
+from experiments.chosen_numbers import chosen_numbers
 from experiments.specification import Specification
 from experiments.table import Grid, Row
 from experiments.walk_trial import WalkTrial, world_of
@@ -307,7 +308,9 @@ def tables(cached: CachedResults) -> Iterator[Grid]:
 
 
 def rows(cached: CachedResults) -> Iterator[Row]:
-    """Return how many settings matter."""
+    """Return how many numbers were chosen, and how many settings matter."""
+    for kind, n in chosen_numbers().items():
+        yield Row("all controllers", f"chosen numbers: {kind}", n)
     every = effects(cached)
     for name in dict.fromkeys(each.controller for each in every):
         own = [each for each in every if each.controller == name]

@@ -133,7 +133,7 @@ def reach(touchdown) -> Reach:
         min_width=0.06,
         swing_offset=np.zeros(2),
         settings=SETTINGS.footsteps,
-        reach=SETTINGS.reach,
+        reach=SETTINGS.plan,
         max_descent=SETTINGS.tasks.max_descent,
         stance_foot_size=SETTINGS.swing.stance_foot_size,
         foot_velocity=np.zeros(2),
@@ -168,7 +168,7 @@ def test_footsteps_out_of_reach_are_sooner_or_shortened_and_feet_may_cross(touch
     assert placed[:, 1].min() == 0.0  # in line, but not across
     cost = reach.swing_cost(np.array([[0.3, 0.0], [0.9, 0.0]]), np.array([0.3, 0.1]))
     assert cost[0] == 0.0 < cost[1]  # feet are no faster than they can be
-    later = reach.at(np.zeros((3, 2)), np.array([0.05, 0.1, 0.6]))
+    later = replace(reach, hip_height=0.9).at(np.zeros((3, 2)), np.array([0.05, 0.1, 0.6]))
     position = touchdown.footstep + later.constrained(np.tile([0.0, 2.0], (3, 1)))[0]
     # No farther than a leg reaches from a hip that descends; then no wider than the limit.
     span = np.linalg.norm(position, axis=1)

@@ -5,6 +5,7 @@ import pytest
 
 from experiments import foot_motions, push_table, sensitivity, standing_grounds
 from experiments.cached_results import CachedResults
+from experiments.chosen_numbers import chosen_numbers
 from experiments.standing import Standing, stand, summary
 from plantigrade.control.balance import MOTIONS
 from plantigrade.errors import FileError, ParameterError
@@ -143,7 +144,23 @@ def test_a_limit_is_measured_and_is_near_the_pendulums(monkeypatch):
 def test_every_setting_of_a_controller_is_changed_by_a_fifth(tmp_path):
     table = sensitivity.run(controllers=("posture",), quick=True, out=tmp_path)
     assert "stiffness" in table.text() and (tmp_path / "sensitivity.html").is_file()
+    assert "chosen numbers: settings" in table.text()
     whole = sensitivity.cases(("posture", "replay"), None, quick=False)
     assert "posture/stiffness/+" in whole and "replay/gait.early_rate/-" in whole
     with pytest.raises(ParameterError, match="passive has no settings; name one of posture"):
         sensitivity.run(controllers=("passive",), quick=True)
+
+
+def test_settings_that_follow_from_others_were_not_chosen(tmp_path):
+    (tmp_path / "control").mkdir()
+    (tmp_path / "control" / "one.py").write_text(
+        "LIMIT = 1e-6\n"
+        "class OneSettings:\n"
+        "    gain: float = 2.0\n"
+        "    scale: tuple[float, float] = (-1.0, 0.5 * 3.0)\n"
+        "    same: float = Other.gain\n"
+        "    on: bool = True\n"
+        "    part: PartSettings = PartSettings(far=1.0, near=Other.near)\n"
+    )
+    found = chosen_numbers(tmp_path)
+    assert found == {"settings": 2, "other values": 1, "constants": 1}

@@ -20,8 +20,8 @@ TRUNK = ("lumbar_", "thor")
 
 
 @dataclass(frozen=True, kw_only=True)
-class TaskWeights:
-    """Weights of tasks: a weight is the root of the cost of a squared unit missed."""
+class TaskSettings:
+    """Weights and gains of tasks: a weight is the root of the cost of a squared unit missed."""
 
     spine_weight: float = 1.0
     """Joints of the spine [per rad/s²]. The unit of all weights."""
@@ -48,16 +48,6 @@ class TaskWeights:
     """Error of a foot's position beyond which the pull grows no further [m]. Chosen (±20 %: not
     met)."""
 
-    def posture(self, human: Human) -> Float[Array, " nv"]:
-        """Return the cost of every coordinate's acceleration; none for the position of the root."""
-        root = [0.0, 0.0, 0.0, *[self.pelvis_weight] * 3]
-        return np.concatenate([root, joint_weights(human, self)]) ** 2
-
-
-@dataclass(frozen=True, kw_only=True)
-class TaskSettings(TaskWeights):
-    """Weights and gains of the tasks of a replay."""
-
     torque_weight: float = 0.5
     """Torque off the motion's, as a part of the joint's strength. Chosen."""
     planned_force_weight: float = 0.07
@@ -77,10 +67,10 @@ class TaskSettings(TaskWeights):
     lies, the pressure is under its heel (or toes) alone. With that of the others this takes half a
     step."""
 
-    @property
-    def foot_damping(self) -> float:
-        """Critical damping of a foot's position [1/s]."""
-        return 2.0 * self.foot_stiffness**0.5
+    def posture(self, human: Human) -> Float[Array, " nv"]:
+        """Return the cost of every coordinate's acceleration; none for the position of the root."""
+        root = [0.0, 0.0, 0.0, *[self.pelvis_weight] * 3]
+        return np.concatenate([root, joint_weights(human, self)]) ** 2
 
     @property
     def joint_damping(self) -> float:
@@ -91,6 +81,26 @@ class TaskSettings(TaskWeights):
         """Return the cost of every torque [1/(N m)²]."""
         low, high = np.array(human.model.jnt_actfrcrange[1:]).T
         return (self.torque_weight / np.maximum(-low, high)) ** 2
+
+    def force_cost(self, held: Bool[Array, " k"]) -> Float[Array, " k"]:
+        """Return the cost of a force [0.1 body weights], squared, at each contact.
+
+        Args:
+            held: Which are planned to stand.
+        """
+        return np.where(held, self.planned_force_weight, self.unplanned_force_weight) ** 2
+
+    def still(self, points: RigidPoints, held: Array, gap: Array, normal: Array) -> PointRows:
+        """Return rows that hold points on the ground still."""
+        return PointRows.still(
+            points,
+            held,
+            gap,
+            normal,
+            stiffness=self.foot_stiffness,
+            damping=2.0 * self.foot_stiffness**0.5,
+            weight=self.contact_weight**2,
+        )
 
 
 class TrackingTasks:
@@ -143,21 +153,8 @@ class TrackingTasks:
         task.directions = None if normal is None else np.eye(3) - normal[:, None] * normal
         return task
 
-    def held(self, points: RigidPoints, held: Array, gap: Array, normal: Array) -> PointRows:
-        """Return rows that hold points on the ground still."""
-        s = self.settings
-        return PointRows.still(
-            points,
-            held,
-            gap,
-            normal,
-            stiffness=s.foot_stiffness,
-            damping=s.foot_damping,
-            weight=s.contact_weight**2,
-        )
 
-
-def joint_weights(human: Human, settings: TaskWeights) -> Float[Array, " n_hinges"]:
+def joint_weights(human: Human, settings: TaskSettings) -> Float[Array, " n_hinges"]:
     """Return the weight of every hinge [per rad/s²]."""
     weights = []
     for name, within in zip(human.coordinates, within_foot(human), strict=True):

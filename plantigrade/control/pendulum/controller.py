@@ -19,7 +19,7 @@ from plantigrade.control.pendulum.ground import LocalGround, Soles
 from plantigrade.control.pendulum.hold import CommandHold
 from plantigrade.control.pendulum.plan import StepPlan, turned_axes
 from plantigrade.control.pendulum.reference import ScaledReference, with_feasible_com
-from plantigrade.control.pendulum.settings import PendulumSettings
+from plantigrade.control.pendulum.settings import MAX_TICK, PendulumSettings
 from plantigrade.control.pendulum.summary import Footfall, walk_summary
 from plantigrade.control.pendulum.swing_clearance import with_clearance
 from plantigrade.control.pendulum.tasks import WalkingTasks
@@ -77,7 +77,7 @@ class Pendulum(Controller):
                 "recorded on uneven ground, and a pendulum needs one on level ground"
             )
         self.record, self.human = record, record.human
-        if own.tick >= own.slow_tick:
+        if own.tick >= MAX_TICK:
             self.rates = replace(self.rates, control=0.5 * self.rates.control)
         self.clearance = clearance_of(record)
         human, self.person = self.human, Person.of(record)

@@ -12,17 +12,8 @@ from plantigrade.control.pendulum.landing_laws import (
     ReferenceTouchdown,
     linear_pendulum,
 )
+from plantigrade.control.pendulum.plan_settings import PlanSettings
 from plantigrade.control.pendulum.swing import detour_length
-
-
-@dataclass(frozen=True, kw_only=True)
-class ReachSettings:
-    """How far and fast a leg reaches; values were chosen where no reason is given."""
-
-    max_leg_length: float = 1.1
-    """Greatest distance of hip and ankle, with the pelvis leant towards the foot [leg lengths]."""
-    max_hip_descent: float = 0.25
-    """Greatest lowering of the hip for a far footstep [leg lengths]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +36,7 @@ class Footstep:
 class Reach(FootstepLimits):
     """Where a foot can land, and how soon it can be there; ahead and to the left."""
 
-    reach: ReachSettings  #: How far and fast a leg reaches
+    reach: PlanSettings  #: How far a leg reaches, and how much the body is lowered for it
     max_descent: float  #: Greatest downward acceleration of the body [m/s²]
     #: Half axes of the ellipse around the stance foot [leg lengths]
     stance_foot_size: tuple[float, float]
@@ -74,7 +65,7 @@ class Reach(FootstepLimits):
         """
         longest = self.reach.max_leg_length * self.leg_length
         height = self.hip_height + self.hip_rise * time - 0.5 * self.max_descent * time**2
-        height = np.maximum(height, longest - self.reach.max_hip_descent * self.leg_length)
+        height = np.maximum(height, longest - self.reach.max_lowering * self.leg_length)
         spans = np.sqrt(np.maximum(longest**2 - height**2, 0.0))
         return replace(self, hips=com + self.hip, spans=spans)
 

@@ -5,7 +5,7 @@ Paths are in the plane of the ground from where the walk starts: x ahead, y to t
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from math import atan2, cos, hypot, inf, pi, remainder, sin, sqrt, tan
+from math import atan2, cos, hypot, inf, pi, remainder, sin, sqrt
 
 import numpy as np
 
@@ -21,8 +21,7 @@ PATH = (
 STOOP = "write CM, or 0,25@3,0@6 to walk with the head 25 cm lower from 3 to 6 s"
 SPEED = "write M/S, or 1.2,0.8@5,0@10 to go slower after 5 s and stand after 10 s"
 MAX_POINTS, MAX_COORDINATE = 1000, 10_000.0  # [m] of a path that is accepted
-RESOLUTION = 0.01  # [m, rad] distance of points and angle of corners below which there are none
-MAX_HALF_TURN = 1.5  # [rad] the tangent of more is endless
+RESOLUTION = 0.01  # [m] distance below which points are one
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,32 +31,16 @@ class PathSettings:
     turn: TurnSettings = TurnSettings()
     """How the walk turns."""
     look_ahead: float = 1.0
-    """Distance along the path of the point that is headed for [m]; less turns sooner. Chosen (±20
-    %: below 2 %)."""
-    corner_radius: float = 2.0
-    """Radius of the turn at a corner [m]. Chosen (±20 %: not met)."""
-    point_radius: float = 0.8
-    """Distance from a point at which the walk leaves for the next: greatest one from a corner that
-    is cut, and one before the last point at which the walk begins to stop [m]. Chosen (±20 %: not
-    met)."""
+    """Distance along the path of the point that is headed for, and from a point at which the walk
+    leaves for the next, or begins to stop at the last [m]. Chosen (±20 %: below 2 %)."""
     tolerated_deviation: float = 0.2
     """Distance from the path that turns may lead to: corners are walked so slowly [m]. Chosen (±20
     %: below 2 %)."""
-    return_angle: float = 0.2
-    """Angle towards the path beyond which a walk off the path returns to it [rad]. Chosen (±20 %:
-    not met)."""
     deceleration: float = 0.3
     """Loss of speed before a corner [m/s²]. Chosen (±20 %: below 2 %)."""
     min_speed: float = 0.3
     """Least speed before a corner [m/s]: a person who stands does not turn. Chosen (±20 %: not
     met)."""
-
-    def turn_distance(self, angle: float) -> float:
-        """Return how far before a corner a circle begins that touches both legs of it [m]."""
-        if angle < RESOLUTION:
-            return 0.0
-        whole = self.corner_radius * tan(min(0.5 * angle, MAX_HALF_TURN))
-        return min(whole, self.point_radius / tan(0.25 * angle))
 
     def turn_speed(self, inside: float, angle: float) -> float:
         """Return the speed at which a turn leads onto a leg of the path [m/s].
@@ -192,12 +175,12 @@ class Waypoints(Path):
         self._angle = [atan2(y, x) for x, y in legs.tolist()]
         self._length = [hypot(x, y) for x, y in legs.tolist()]
         turns = [angle_to(b, a) for a, b in zip(self._angle, self._angle[1:], strict=False)]
-        half = [0.5 * min(pair) for pair in zip(self._length, self._length[1:], strict=False)]
-        # Where turns begin: as far before a corner as a circle needs; and how fast they may be.
-        self._early = [min(own.turn_distance(abs(t)), h) for t, h in zip(turns, half, strict=True)]
+        # How far before corners turns begin, and how fast they may be.
+        pairs = zip(self._length, self._length[1:], strict=False)
+        self._early = [min(own.look_ahead, 0.5 * min(pair)) for pair in pairs]
         early = zip(self._early, turns, strict=True)
         self._speed = [own.turn_speed(e * sin(abs(t)), t) for e, t in early]
-        self._early.append(min(own.point_radius, 0.5 * self._length[-1]) if self._length else 0.0)
+        self._early.append(min(own.look_ahead, 0.5 * self._length[-1]) if self._length else 0.0)
         self._speed.append(0.0)
         for i in reversed(range(len(turns))):  # a leg may be too short to slow down on
             before = sqrt(self._speed[i + 1] ** 2 + 2.0 * own.deceleration * self._length[i + 1])
@@ -256,7 +239,7 @@ class Waypoints(Path):
         corner = sqrt(self._speed[i] ** 2 + 2.0 * own.deceleration * rest)
         limit = min(own.turn_speed(inside, turn), corner)
         aside = abs(left) - own.tolerated_deviation
-        if aside <= 0.0 or (inside > 0.0 and abs(turn) > own.return_angle):
+        if aside <= 0.0 or inside > 0.0:
             return limit
         return min(limit, max(0.25 * own.turn.max_rate * rest**2 / aside, own.min_speed))
 

@@ -156,7 +156,7 @@ class StepPlan:
             min_width=min(gait.settings.swing.min_foot_distance * leg, width),
             swing_offset=here[i] - touchdown.footstep,
             settings=settings.footsteps,
-            reach=settings.reach,
+            reach=settings.plan,
             max_descent=settings.tasks.max_descent,
             stance_foot_size=settings.swing.stance_foot_size,
             foot_velocity=axes @ foot_velocity,
@@ -245,7 +245,7 @@ class StepPlan:
         by = None
         if inward > self.settings.swing.max_inward_departure * self.person.leg_length:
             by = self.detour(foot.side_sign, *step, width)
-        small = self.settings.plan.recovery_error * self.person.leg_length
+        small = self.settings.tasks.recovery_error * self.person.leg_length
         if by is None and foot.swing.own is None and abs(float(self.dcm_error[1])) < small:
             foot.swing.lead(footstep - then.foot_position[i, :2], time, self.step)
             return
@@ -306,7 +306,7 @@ class StepPlan:
     @property
     def recovery_share(self) -> float:
         """How much a step is a recovery, by the error of the divergent component."""
-        far = self.settings.tasks.flywheel_error * self.person.leg_length
+        far = self.settings.tasks.recovery_error * self.person.leg_length
         return min(hypot(*self.dcm_error) / far, 1.0) ** 2
 
     def _path_offset(self) -> Array:

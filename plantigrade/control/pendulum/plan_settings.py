@@ -12,9 +12,8 @@ class PlanSettings:
     lost beyond it stays lost."""
     path_gain: float = 0.15
     """Rate at which a lasting offset from the path is countered [1/s]."""
-    recovery_error: float = 0.1
-    """Error of the divergent component from which a step is a recovery [leg lengths]: its foot
-    leaves the recorded path, and a late one comes down where it is."""
+    max_leg_length: float = 1.1
+    """Greatest distance of hip and ankle, with the pelvis leant towards the foot [leg lengths]."""
     max_lowering: float = 0.2
     """Greatest lowering of the body for a far footstep [leg lengths]."""
     min_lowering: float = 0.04

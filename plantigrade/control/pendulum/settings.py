@@ -10,7 +10,6 @@ from plantigrade.control.gait.planner import FootstepSettings
 from plantigrade.control.gait.reference import ReferenceSettings
 from plantigrade.control.gait.swing import SwingOffsetSettings
 from plantigrade.control.pendulum.crouch import CrouchSettings
-from plantigrade.control.pendulum.footstep import ReachSettings
 from plantigrade.control.pendulum.ground import GroundSettings
 from plantigrade.control.pendulum.landing_laws import LAWS
 from plantigrade.control.pendulum.path import PathSettings
@@ -19,7 +18,6 @@ from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.control.pendulum.standing import StandingSettings
 from plantigrade.control.pendulum.swing import SwingPathSettings
 from plantigrade.control.pendulum.tasks import WalkingTaskSettings
-from plantigrade.control.pendulum.upper_body import UpperBodySettings
 from plantigrade.errors import ParameterError
 
 MAX_TICK = 0.02  # [s] longest for which walks were measured; 0.03 s is unstable
@@ -32,10 +30,8 @@ class PendulumSettings:
     law: str = "divergent"
     """Landing law, one of :data:`~plantigrade.control.pendulum.landing_laws.LAWS`."""
     tick: float = 0.005
-    """Time for which a command holds, unless a sole touches the ground or leaves it [s]."""
-    slow_tick: float = 0.02
-    """Tick from which soles are sampled, and commands given, at half the rate [s]. Chosen (±20 %:
-    not met)."""
+    """Time for which a command holds, unless a sole touches the ground or leaves it [s]. With the
+    longest, soles are sampled at half the rate."""
     usual_duration: float = 10.0
     """Duration of a walk that is repeated, where none is named [s]. Chosen (±20 %: not met)."""
     max_height_difference: float = 0.06
@@ -62,8 +58,6 @@ class PendulumSettings:
     )
     """Slower than those of a replay, for a foot that is late, and wider: the body is lowered for
     them."""
-    reach: ReachSettings = ReachSettings()
-    """How far and fast a leg reaches."""
     plan: PlanSettings = PlanSettings()
     """The return to the path, and the lowering of the body for footsteps."""
     swing: SwingPathSettings = SwingPathSettings()
@@ -86,8 +80,6 @@ class PendulumSettings:
     """Balance while it stands."""
     crouch: CrouchSettings = CrouchSettings()
     """Lowering of the head."""
-    upper_body: UpperBodySettings = UpperBodySettings()
-    """Other upper bodies."""
 
     def __post_init__(self):
         """Refuse a law that there is not, and a tick that is no time."""

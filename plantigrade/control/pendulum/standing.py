@@ -19,17 +19,9 @@ class StandingSettings:
 
     max_step_length: float = 0.25
     """Longest step after which it may stop [recorded steps]. Chosen (±20 %: deviation 17 %)."""
-    min_margin: float = 0.02
-    """Least distance of the extrapolated centre of mass from the edge of both feet [m]. Chosen (±20
-    %: not met)."""
-    max_turn_rate: float = 0.05
-    """Greatest rate of turn at which it may stop [rad/s]. Chosen (±20 %: not met)."""
     weight_shift_time: float = 1.5
     """Time from the last step to quiet standing, and greatest time in which the weight is shifted
     to the first stance foot [s]. Chosen (±20 %: deviation 13 %)."""
-    weight_shift_accuracy: float = 0.005
-    """Distance from its goal at which the extrapolated centre of mass is over the first stance
-    foot, so that the walk starts [m]. Chosen (±20 %: not met)."""
 
 
 class Settling(Reference):

@@ -162,7 +162,7 @@ class Styles:
     def _set_upper(self, source: Source | None, before: Source | None, since: float) -> None:
         """Let one upper body turn into another."""
         pendulum = self._pendulum
-        reference, settings = pendulum.reference, pendulum.settings.upper_body
+        reference, settings = pendulum.reference, pendulum.settings.speed
         reference.upper = UpperBody(
             pendulum.human, reference.recorded, source, before, since, settings
         )

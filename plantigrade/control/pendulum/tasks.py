@@ -10,14 +10,14 @@ tasks at once.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from math import hypot
+from math import hypot, sqrt
 
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.constants import SIDES
+from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.gait.instant import Instant
-from plantigrade.control.gait.tasks import TaskWeights, root_error, within_foot
+from plantigrade.control.gait.tasks import TaskSettings, root_error, within_foot
 from plantigrade.control.pendulum.foot_task import FootTask
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import State
@@ -59,20 +59,15 @@ class WalkingTaskSettings:
     spring.
     """
 
-    weights: TaskWeights = TaskWeights(
+    weights: TaskSettings = TaskSettings(
         com_weight=(12.0, 12.0, 30.0), stance_rotation_weight=2.0, contact_weight=10.0
     )
-    """Weights; legs give way to the height of the mass, which is lowered for far footsteps."""
+    """Weights and stiffnesses; legs give way to the height of the mass, which is lowered for far
+    footsteps."""
     joints: JointVelocitySettings = JointVelocitySettings()
     """Desired velocities of joints."""
-    pelvis_gain: float = 5.0
-    """Gain of the rotation of the pelvis [1/s]."""
-    foot_gain: float = 10.0
-    """Gain of the position of a swing foot, and of points held on the ground [1/s]."""
-    foot_rotation_gain: float = 7.0
-    """Gain of the rotation of a foot [1/s]."""
-    com_height_gain: float = 10.0
-    """Gain of the height of the centre of mass [1/s]."""
+    com_height_stiffness: float = 400.0
+    """Stiffness of the height of the centre of mass [1/s²]."""
     max_descent: float = 3.0
     """Greatest downward acceleration of the mass [m/s²]: a body that falls can neither
     press nor step."""
@@ -85,9 +80,8 @@ class WalkingTaskSettings:
     """Greatest downward speed of the mass at a touchdown for which the body is lowered [m/s]: at
     0.7 m/s a straight leg, which does not yield, landed with up to 9 body weights."""
     min_braking_time: float = 0.05
-    """Shortest time in which it is slowed to that speed [s]: more would throw it up."""
-    max_braking: float = 10.0
-    """Greatest upward acceleration for it [m/s²]: that of body weight."""
+    """Shortest time in which it is slowed to that speed [s]: more would throw it up. The upward
+    acceleration for it is that of body weight at most."""
     neck_error_scale: float = 0.3
     """Error of a joint of the neck that doubles its weight [rad]: the head is the cheapest
     flywheel, but people hold it still in space [Pozzo1990]_."""
@@ -96,9 +90,11 @@ class WalkingTaskSettings:
     max_cop_distance: float = 0.35
     """Greatest distance of the desired centre of pressure outside of the contacts [leg lengths]:
     the part that feet cannot give, trunk and arms give by angular momentum [Hof2007]_."""
-    flywheel_error: float = 0.1
-    """Error of the divergent component from which trunk, arms and head balance in full [leg
-    lengths], by its square below: people use them when a step alone cannot help."""
+    recovery_error: float = 0.1
+    """Error of the divergent component from which a step is a recovery [leg lengths]: its foot
+    leaves the recorded path, and a late one comes down where it is. Trunk, arms and head balance
+    in full from there, by the square of the error below: people use them when a step alone cannot
+    help."""
     steady_arm_weight: float = 0.6
     """Weight of joints of arms and neck without such an error [per rad/s²]: lighter ones were
     raised to hold the centre of mass up; with 1, a walk down a slope of 15° ended in a fall."""
@@ -106,9 +102,8 @@ class WalkingTaskSettings:
     """Time ahead in which a knee would be bent backwards, from which it resists [s]: near full
     extension a leg gains no length, and the height of the mass drove knees to -16°. Five ticks."""
     knee_stop_angle: float = 0.03
-    """Angle beyond full extension at which the weight of a knee is that of the mass [rad]."""
-    knee_stop_weight: float = 30.0
-    """Weight of a knee at that angle [per rad/s²]."""
+    """Angle beyond full extension at which the weight of a knee is that of the height of the
+    mass [rad]."""
     steady_pelvis_weight: float = 6.0
     """Weight of the rotation of the pelvis without such an error [per rad/s²]: with 3, trunks
     leaned 2 to 7° farther forward than recorded; with 6 in every state, pushed people fell."""
@@ -117,42 +112,24 @@ class WalkingTaskSettings:
     [Herr2008]_. Without it the pelvis was turned back after every touchdown, and the centre of
     pressure went to the toes and back to the heel (ankle moment r .91, now .93); with 12, a person
     with legs of half the length fell."""
-    momentum_gain: float = 10.0
-    """Rate by error of the angular momentum [1/s]; as of the height of the mass."""
     min_friction_error: float = 0.06
     """Error of the divergent component from which friction pyramids have a corner in the direction
     of the desired acceleration [leg lengths]; half way between corners they lack 0.3 of it."""
-    torque_cost: float = 0.25
-    """Cost of a torque, as a part of its limit, squared."""
-    held_force_cost: float = 0.005
-    """Cost of a force [0.1 body weights], squared, at a point that is planned to stand."""
-    touching_force_cost: float = 0.12
-    """The same at a point that only touches."""
     hanging_height: float = 0.001
     """Height above which a point cannot press before it is down [m]: the body leaned on heels that
     hung 2 mm over the ground, and fell on them with three times its weight."""
     hanging_force_cost: float = 20.0
     """Cost of a force [0.1 body weights], squared, at twice that height."""
 
-    @property
-    def pelvis_time(self) -> float:
-        """Time in which the angular velocity of the pelvis is reached [s]."""
-        return 0.25 / self.pelvis_gain
 
-    @property
-    def foot_rotation_time(self) -> float:
-        """Time in which the angular velocity of a foot is reached [s]."""
-        return 0.25 / self.foot_rotation_gain
+def critically_damped(stiffness: float) -> tuple[float, float]:
+    """Return desired velocity by error [1/s], and the time in which it is reached [s].
 
-    @property
-    def com_height_time(self) -> float:
-        """Time in which the vertical velocity of the centre of mass is reached [s]."""
-        return 0.25 / self.com_height_gain
-
-    @property
-    def foot_time(self) -> float:
-        """Time in which the velocity of a foot is reached [s]."""
-        return 0.25 / self.foot_gain
+    Args:
+        stiffness: Stiffness of the critically damped spring that they amount to [1/s²].
+    """
+    rate = sqrt(stiffness)
+    return 0.5 * rate, 0.5 / rate
 
 
 class WalkingTasks:
@@ -178,22 +155,22 @@ class WalkingTasks:
         mass = float(human.model.body_mass.sum())
         self.com = LinearMomentumTask(mass, weight=np.array(weights.com_weight) ** 2)
         self.momentum = AngularMomentumTask()
-        gain, time = own.foot_rotation_gain, own.foot_rotation_time
+        gain, time = critically_damped(weights.rotation_stiffness)
         self._swing_rotation, self._stance_rotation = (
             FootTask(slice(3), gain, time, weight)
             for weight in (weights.swing_rotation_weight, weights.stance_rotation_weight)
         )
+        gain, time = critically_damped(weights.foot_stiffness)
         self.position = FootTask(
-            slice(3, 6), own.foot_gain, own.foot_time, weights.foot_weight, weights.max_foot_error
+            slice(3, 6), gain, time, weights.foot_weight, weights.max_foot_error
         )
         sides = np.array([[name.endswith(f"_{side}") for name in names] for side in SIDES])
         self._toes = sides & within_foot(human)
-        low, high = np.array(human.model.jnt_actfrcrange[1:]).T
-        self.torque_cost = own.torque_cost / np.maximum(-low, high) ** 2
+        self.torque_cost = weights.torque(human)
 
     def flywheel_share(self, dcm_error: Float[Array, " 2"]) -> float:
         """Return how much trunk, arms and head balance, by the error of the divergent component."""
-        return min(hypot(*dcm_error) / (self.settings.flywheel_error * self.leg), 1.0) ** 2
+        return min(hypot(*dcm_error) / (self.settings.recovery_error * self.leg), 1.0) ** 2
 
     def posture_cost(
         self, error: Float[Array, " n_hinges"], dcm_error: Float[Array, " 2"]
@@ -227,7 +204,8 @@ class WalkingTasks:
         desired = rate * ref.v - body.qvel
         desired[3:6] += turn_rate * body.rotations[1, 2]  # the vertical, in the axes of the pelvis
         error = root_error(ref.q[3:7], body.qpos[3:7])
-        desired[3:6] = (desired[3:6] + own.pelvis_gain * error) / own.pelvis_time
+        gain, time = critically_damped(own.weights.joint_stiffness)
+        desired[3:6] = (desired[3:6] + gain * error) / time
         velocity = joints.velocity(ref.q[7:] - body.qpos[7:])
         desired[6:] = (desired[6:] + factor * velocity) * (factor / joints.time)
         desired += rate**2 * ref.a
@@ -278,17 +256,18 @@ class WalkingTasks:
         desired[:2] += omega**2 * ((com - ref.com)[:2] - moved)
         rate = min(rate, 1.0)
         error = ref.com[2] + ground - lowering - com[2]
-        vertical = rate * ref.com_velocity[2] + slope @ velocity[:2] + own.com_height_gain * error
+        gain, reached = critically_damped(own.com_height_stiffness)
+        vertical = rate * ref.com_velocity[2] + slope @ velocity[:2] + gain * error
         recorded = rate**2 * ref.com_acceleration[2]
         lowest = -own.max_descent
         if time is not None and lowering > 0.0:
             needed = 2.0 * (max(error, -lowering) - velocity[2] * time) / time**2
             lowest = min(max(needed, -own.max_reaching_descent), lowest)
-        back = (vertical - velocity[2]) / own.com_height_time
+        back = (vertical - velocity[2]) / reached
         back = min(max(back, lowest), own.max_ascent)
         if time is not None and lowering > 0.0:
             excess = -velocity[2] - own.max_landing_speed
-            brake = min(excess / max(time, own.min_braking_time), own.max_braking)
+            brake = min(excess / max(time, own.min_braking_time), GRAVITY)
             back = max(back, brake) if excess > 0.0 else back
         least, most = min(recorded, lowest), max(recorded, own.max_ascent, back)
         desired[2] = min(max(recorded + back, least), most)
@@ -305,7 +284,8 @@ class WalkingTasks:
         """
         own, share = self.settings, self.flywheel_share(dcm_error)
         matrix = self.momentum.jacobian(body, 0.0)[:2]
-        desired = rate**2 * ref.a + own.momentum_gain * (rate * ref.v - body.qvel)
+        gain, _ = critically_damped(own.com_height_stiffness)  # as of the height of the mass
+        desired = rate**2 * ref.a + gain * (rate * ref.v - body.qvel)
         weight = ((1.0 - share) * own.momentum_weight) ** 2
         return Rows(matrix, matrix @ desired, weight, "angular momentum")
 
@@ -317,7 +297,8 @@ class WalkingTasks:
         excess = np.maximum(excess, 0.0)
         least = 2.0 * excess / time**2
         desired[at] = np.where(excess > 0.0, np.maximum(desired[at], least), desired[at])
-        cost[at] += (own.knee_stop_weight * np.minimum(excess / own.knee_stop_angle, 1.0)) ** 2
+        weight = own.weights.com_weight[2]
+        cost[at] += (weight * np.minimum(excess / own.knee_stop_angle, 1.0)) ** 2
 
     def rotation_rows(
         self, body: State, points: RigidPoints, i: int, target: Target, normal: Array | None = None
@@ -329,16 +310,7 @@ class WalkingTasks:
 
     def contact_rows(self, points: RigidPoints, held, gap, normal) -> PointRows:
         """Return rows that bring points to rest on the ground."""
-        own = self.settings
-        return PointRows.still(
-            points,
-            held,
-            gap,
-            normal,
-            stiffness=own.foot_gain / own.foot_time,
-            damping=1.0 / own.foot_time,
-            weight=own.weights.contact_weight**2,
-        )
+        return self.settings.weights.still(points, held, gap, normal)
 
     def force_cost(self, held: Bool[Array, " k"], gap: Float[Array, " k"]) -> Float[Array, " k"]:
         """Return the cost of a force at each contact.
@@ -347,10 +319,10 @@ class WalkingTasks:
             held: Which are planned to stand.
             gap: Height of each above the ground [m].
         """
-        own = self.settings
+        own, weights = self.settings, self.settings.weights
         hanging = np.maximum(gap / own.hanging_height - 1.0, 0.0)
         more = own.hanging_force_cost * hanging**2
-        return np.where(held, own.held_force_cost, own.touching_force_cost) + more
+        return weights.force_cost(held) + more
 
 
 def tilt_to(normal: Array) -> Float[Array, "3 3"]:

@@ -36,10 +36,9 @@ class TurnSettings:
 
     max_rate: float = 0.3
     """Greatest rate of turn [rad/s]. Chosen (±20 %: below 2 %)."""
-    max_acceleration: float = 1.0
-    """Greatest change of the rate of turn [rad/s²]. Chosen (±20 %: below 2 %)."""
     heading_gain: float = 2.0
-    """Rate of turn by heading error [1/s]. Chosen (±20 %: below 2 %)."""
+    """Rate of turn by heading error, and its greatest change by the greatest rate [1/s]. Chosen
+    (±20 %: below 2 %)."""
 
     def next_rate(self, heading_error: float, rate: float, step: float) -> float:
         """Return the rate of turn a time step later [rad/s].
@@ -50,7 +49,7 @@ class TurnSettings:
             step: The time step [s].
         """
         desired = min(max(self.heading_gain * heading_error, -self.max_rate), self.max_rate)
-        change = self.max_acceleration * step
+        change = self.heading_gain * self.max_rate * step
         return rate + min(max(desired - rate, -change), change)
 
 

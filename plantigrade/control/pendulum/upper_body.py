@@ -19,6 +19,7 @@ from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.person import leg_length
 from plantigrade.control.gait.reference import Reference
+from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.control.pendulum.transition import PhaseMap
 from plantigrade.errors import ParameterError, known_names
 from plantigrade.kinematics.state import State
@@ -28,14 +29,6 @@ SPINE = "lumbar_extension"  # takes up the different tilt of the pelvis
 N_INSTANTS = 12  # of a stride, by which the mean height of the mass is found
 LEGS = ("femur", "patella", "tibia", "talus", "foot", "heel", "toes", "medial", "lateral")
 """Beginnings of the names of bodies of the legs."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class UpperBodySettings:
-    """How upper bodies change."""
-
-    blend_time: float = 1.0
-    """Time in which one upper body turns into another [s]. Chosen (±20 %: not met)."""
 
 
 def upper_hinges(human: Human) -> Bool[Array, " n_hinges"]:
@@ -191,9 +184,9 @@ class UpperBody:
         source: Source | None,
         before: Source | None,
         since: float,
-        settings: UpperBodySettings | None = None,
+        settings: SpeedSettings | None = None,
     ):
-        self.settings = settings or UpperBodySettings()
+        self.settings = settings or SpeedSettings()
         self.source, self.before, self.since = source, before, since
         self.time = since
         self._lower = [lowering(human, walk, each, since) for each in (before, source)]
@@ -201,7 +194,7 @@ class UpperBody:
     @property
     def part(self) -> float:
         """Weight of the new one, from 0 to 1."""
-        u = min(max((self.time - self.since) / self.settings.blend_time, 0.0), 1.0)
+        u = min(max((self.time - self.since) / self.settings.stride_time, 0.0), 1.0)
         return u * u * (3.0 - 2.0 * u)
 
     def apply(self, instant: Instant, phase: float, cadence: float) -> None:

@@ -294,8 +294,6 @@ class Walker(Controller):
         own = self.settings.standing
         if self.targets[0].value > 0.0 or self._speed.scale > own.max_step_length:
             return False
-        if abs(self._turn.rate) > own.max_turn_rate:
-            return False
         if len(self.pendulum.gait.stance_feet) < len(SIDES):
             return False
         body = self._observed(state).body
@@ -303,7 +301,7 @@ class Walker(Controller):
         low, height, _ = self.pendulum.soles
         return (
             beyond(low[height < self.settings.gait.contact.max_planned_height, :2], xi)
-            < -own.min_margin
+            < -self.settings.balance.recovery.step.capture_margin  # else balance would step
         )
 
     def _stop(self, state: State) -> None:
@@ -334,7 +332,8 @@ class Walker(Controller):
         goal = float(feet[start.stance, 1]) + start.lateral_offset
         xi = float((body.com + body.com_velocity / reference.omega)[1])
         left = (goal - xi) * (1.0 if start.stance else -1.0)
-        if left > own.standing.weight_shift_accuracy and since < own.standing.weight_shift_time:
+        near = left <= own.balance.recovery.step.support_margin
+        if not near and since < own.standing.weight_shift_time:
             middle = float(feet[:, 1].mean())
             shift = 100.0 * (goal - middle) * self.frame.turn[:2, 1]
             for target, value in zip(self._balance.targets[:2], shift, strict=True):

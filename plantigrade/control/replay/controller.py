@@ -234,12 +234,10 @@ class Replay(Controller):
                 tasks.swing[i].target = self._swing(own, i, ref, rate, feet, state.time)
                 rows.append(tasks.swing[i].rows(body))
         if held.any():
-            rows.append(tasks.held(points, held, gap[active], normal))
+            rows.append(tasks.settings.still(points, held, gap[active], normal))
         touching = Touching(
             self.points.body[active], low[active], self.normals[: len(active)], self.friction
         )
-        weights = tasks.settings
-        force_weight = np.where(held, weights.planned_force_weight, weights.unplanned_force_weight)
         force = np.where(held[:, None], ref.force[active], 0.0)
         data = state.world.data
         passive = (data.qfrc_passive + data.qfrc_applied)[6 : 6 + len(self.damping)]
@@ -251,7 +249,7 @@ class Replay(Controller):
             desired=desired,
             weight=self.posture_cost,
             force=force,
-            force_weight=force_weight**2,
+            force_weight=tasks.settings.force_cost(held),
             torque=ref.tau - passive,
             torque_weight=self.torque_cost,
             passive=passive,
