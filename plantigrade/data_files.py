@@ -13,7 +13,6 @@ def csv_rows(package: str, name: str, row: type[Row]) -> tuple[Row, ...]:
     """Return the rows of a table, each as an instance of a dataclass.
 
     Args:
-        package: Package with the file.
         name: Name of the file; its first line names fields of ``row``, lines with ``#`` before it
             explain the table.
         row: Dataclass whose fields are words and numbers; an empty number is its default.
@@ -44,7 +43,6 @@ def spelling_tables(
     """Return name → spellings, of what has a side and of what lies on the midline.
 
     Args:
-        package: Package with the file.
         name: Name of the file, a table of names, of ``x`` on the midline, and of spellings.
     """
     rows = csv_rows(package, name, _Spellings)

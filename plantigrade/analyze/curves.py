@@ -92,7 +92,6 @@ def gait_curves(
     """Return the curves of a record over its gait cycles; empty if it has none.
 
     Args:
-        record: The record.
         estimated: Whether estimated forces, and moments and powers by them, are included.
         keep_incomplete: Whether cycles with less than half of their samples known are included, NaN
             where unknown.

@@ -169,7 +169,6 @@ def norm(
             comfortable speed only.
         side: Foot whose heel strikes bound the cycle; for ``"l"`` pelvis list and rotation change
             sign.
-        population: The population.
 
     Raises:
         ParameterError: If there is no such curve or class.

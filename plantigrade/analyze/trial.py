@@ -198,7 +198,6 @@ def analyse(
     """Analyse a fitted recording.
 
     Args:
-        fit: The fit.
         cutoff: Low-pass of motion and forces [Hz]; by default :data:`CUTOFF`, in running and jumps
             :data:`RUNNING_CUTOFF`; None for no filter.
         mass: Body mass [kg]; by default that of the file, or else by the plates.

@@ -39,9 +39,7 @@ def bar_plot(
     """Return horizontal bars, one row per label.
 
     Args:
-        labels: Names of the rows.
         values: Lengths of the bars; NaN leaves the row empty.
-        title: Above the plot.
         x_label: With its unit.
         tips: A second value per row, drawn as a tick (the maximum, for example).
         colours: CSS colour per bar.

@@ -26,7 +26,6 @@ def histogram_plot(values: Float[Array, " n"], *, title: str, x_label: str) -> s
 
     Args:
         values: Two or more values; those that are not finite are omitted.
-        title: Above the plot.
         x_label: With its unit.
     """
     width, height = SIZE

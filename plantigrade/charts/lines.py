@@ -46,8 +46,6 @@ def line_plot(
     """Return a line plot.
 
     Args:
-        series: The curves.
-        title: Above the plot.
         x_label: With its unit.
         y_label: With its unit.
         bands: Shaded ranges, drawn behind.

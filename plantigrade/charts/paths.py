@@ -35,8 +35,6 @@ def path_plot(
     """Return paths in a plane, with one scale for both axes.
 
     Args:
-        series: The paths.
-        title: Above the plot.
         x_label: With its unit.
         y_label: With its unit.
         outlines: Shapes in the background (footprints).

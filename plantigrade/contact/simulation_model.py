@@ -57,7 +57,6 @@ def simulation_xml(
     The key frame ``standing`` holds the configuration and the controls of quiet standing.
 
     Args:
-        human: The person.
         actuators: One of :data:`ACTUATORS`; one for each hinge, with its name and torque limits.
         sensors: Groups of :data:`SENSORS`. ``"feet"``: ``ground_reaction_r`` and ``_l``, force on
             the foot [N], moment [N m] and its point [m], world axes.

@@ -44,7 +44,6 @@ def soften_soles(model: mujoco.MjModel, human: Human, settings: SoleSettings) ->
 
     Args:
         model: The model, with a contact sphere for each site of the feet; changed.
-        human: The person.
         settings: Stiffness and damping.
     """
     sites = contact_sites(human)

@@ -49,10 +49,6 @@ def centroid(
     """Return centre of mass, momentum and, with accelerations, the zero-moment point.
 
     Args:
-        human: The person.
-        qpos: Configurations.
-        qvel: Velocities.
-        qacc: Accelerations.
         ground: Height of the ground plane [m].
 
     Raises:

@@ -229,7 +229,6 @@ def half_widths(
         contacts: Intervals in which the feet may carry load.
         time: Times of the bands [s].
         known: Frames with measured force of each foot.
-        human: The person.
         factors: Factors of the activity.
     """
     force = wrench[:, :2, :3] @ needs.to_world.T

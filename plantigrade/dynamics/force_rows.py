@@ -269,7 +269,6 @@ def limits(
 
     Args:
         needs: Required forces.
-        layout: The unknowns.
         free: Feet and frames with unknown wrench.
         ramp: Maximum load shortly after landing and before take-off [BW]; infinite for no limit.
         friction: Coefficient of friction along each axis.

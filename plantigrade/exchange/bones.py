@@ -91,7 +91,6 @@ def bone_poses(
     """Return the joints of bones, or their ends, and their rotations in the world.
 
     Args:
-        human: Whose.
         origins: Origins of all bodies but the world [m].
         ends: Whether their ends are asked for, NaN where another bone follows.
     """

@@ -51,7 +51,6 @@ def write_parquet(runs: Sequence[Run | Path], path: Path, estimated: bool = Fals
 
     Args:
         runs: Runs, their folders, or folders of batches.
-        path: The file.
         estimated: Whether forces, moments and powers count where forces were estimated.
     """
     pa, pq = require("pyarrow", "tables"), require("pyarrow.parquet", "tables")

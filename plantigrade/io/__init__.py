@@ -107,7 +107,6 @@ def read(path: str | Path, **options: Any) -> Recording:
     """Read a motion file.
 
     Args:
-        path: The file.
         options: Fields of ``ReadOptions``.
 
     Returns:

@@ -80,7 +80,6 @@ def c3d_bytes(
         parameters: Content of the parameter section; ``POINT:DATA_START`` is filled in.
         rate: Frames per second [Hz].
         first: Number of the first frame, from 1.
-        path: The file, for errors.
     """
     n_frames, n_points = points.shape[:2]
     per_frame, n_channels = samples.shape[1:]

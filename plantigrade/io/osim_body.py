@@ -64,7 +64,6 @@ class OsimHuman(Human):
         """Return the person of an OpenSim model.
 
         Args:
-            path: Its name, for errors.
             height: Stature [m], which the file lacks; by leg length if not given.
             sex: ``"female"`` or ``"male"``; the file lacks it, too, and male is assumed.
         """

@@ -127,14 +127,12 @@ def numbers(
 
     Args:
         lines: Rows, without line ends. Blank rows are skipped.
-        path: The file, for error messages.
         count: Fields per row; by default as many as the first row has.
         first_line: Line number of ``lines[0]`` in the file, from 1.
         delimiter: A tab, ``","``, ``";"`` or None for any white space. Only with a delimiter can
             a field be empty.
         decimal: ``","`` if the file writes 1,5 for 1.5.
         short: Whether a row may have fewer fields than ``count``; the rest is NaN.
-        names: Column names, for error messages.
 
     Raises:
         FileError: With line and field, if a field is not a number or a row has the wrong length.

@@ -30,7 +30,6 @@ def scale_notes(
     """Return a sentence where lengths of thighs and shanks change with their inclination.
 
     Args:
-        places: Attachments of the markers.
         samples: Positions of the markers [m]; NaN where not seen.
     """
     scale = vertical_scale(places, samples)

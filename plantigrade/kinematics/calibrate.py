@@ -49,7 +49,6 @@ def calibrate(
 
     Args:
         human: The person to start from (average for stature and sex).
-        names: Marker names.
         placed: Attachment of each marker, None if unknown.
         measured: Marker positions of the frames to use [m]; NaN where not seen.
         height: Stature to keep [m]; found from the markers if None.

@@ -114,9 +114,7 @@ def exchanged_by_anatomy(
     """Return the labels whose exchange makes the markers those of a person.
 
     Args:
-        known: The markers with known positions.
         samples: Recorded positions [m]; NaN if not visible.
-        source: The file, for the message.
     """
     usual = _with_their_limb(known, distances(samples).spread)
     frames = samples[np.isfinite(samples[..., 0]).sum(axis=1) >= min(6, len(usual))]

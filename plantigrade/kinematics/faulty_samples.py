@@ -40,7 +40,6 @@ def without_faulty_samples(
     """Return the markers without samples that were not measured, and a sentence on each kind.
 
     Args:
-        markers: The markers.
         placed: Attachments of markers with known places.
     """
     x, notes = markers.positions, []

@@ -79,8 +79,6 @@ def set_flat(
     Feet that never stand flat, or without markers that show it, are unchanged.
 
     Args:
-        human: The person, scaled to the markers.
-        places: Attachments of the markers.
         samples: Marker positions, in the order of ``places`` [m]; NaN if not visible.
         still: Marker positions in some frames of a standing trial, on level ground.
         rate: Frames per second of ``samples`` [Hz].
@@ -190,7 +188,6 @@ def with_resting_soles(
 
     Args:
         human: The person, with feet that stand flat.
-        places: Attachments of the markers.
         time: Time of each frame [s].
     """
     contact = sole_paths(human, qpos, ground)

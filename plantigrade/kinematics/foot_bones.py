@@ -262,7 +262,6 @@ def on_feet_with_bones(
     Args:
         human: The person, on feet of any kind.
         time: Time of each frame, evenly spaced [s].
-        qpos: The motion.
 
     Returns:
         The person on multi-segment feet, the motion, and figures.

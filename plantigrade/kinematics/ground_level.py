@@ -131,8 +131,6 @@ def level(
     Where no foot ever rests, the lowest point of the whole motion is put on the ground.
 
     Args:
-        human: The person.
-        qpos: The motion.
         rate: Frames per second [Hz].
         way: Path of the ground itself (a treadmill's belt) [m].
     """

@@ -154,7 +154,6 @@ class InverseKinematics:
 
         Args:
             measured: World positions [m]; NaN rows are left out.
-            start: Configuration to start from.
         """
         seen = np.all(np.isfinite(measured), axis=1)
         target = np.where(seen[:, None], measured, 0.0)
@@ -266,7 +265,6 @@ def track(
     the whole body in frames with fewer than three points.
 
     Args:
-        solver: The inverse kinematics.
         measured: World positions over time [m]; NaN where not measured.
         start: Configuration to start the first frame from.
 

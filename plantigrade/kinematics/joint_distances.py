@@ -96,7 +96,6 @@ def late_notes(
     """Return a sentence for each segment of the legs whose markers are late to its neighbour.
 
     Args:
-        places: Attachments of the markers.
         rate: Frames per second [Hz].
         samples: Positions of the markers [m]; NaN where not seen.
     """

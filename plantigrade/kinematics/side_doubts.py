@@ -59,8 +59,6 @@ def side_notes(
     Args:
         markers: The markers that were fitted, turned so that the person faces x.
         landmarks: Landmark → marker.
-        human: The scaled person.
-        qpos: The motion.
     """
     right, left = (_distances(markers, landmarks, human, qpos, side) for side in SIDES)
     more = {what: right[what] - left[what] for what in right.keys() & left.keys()}

@@ -28,7 +28,6 @@ class SitePoints(PointSet):
     """Contact sites of one person: the centres of their spheres are the points.
 
     Args:
-        human: The person.
         sites: The sites.
 
     Attributes:
@@ -90,8 +89,6 @@ def sole_paths(
     """Return the positions of the soles in every frame.
 
     Args:
-        human: The person.
-        qpos: The motion.
         ground: Ground above which they are measured.
     """
     sites = contact_sites(human)

@@ -52,9 +52,7 @@ def spine_notes(
     """Return a sentence where markers of the spines do not fit each other, the knees or the hips.
 
     Args:
-        markers: The markers that were fitted.
         landmarks: Marker → its landmark.
-        places: Attachments of the markers.
     """
     named = {mark: name for name, mark in landmarks.items() if mark and name in markers.names}
     slopes = {
@@ -85,8 +83,6 @@ def tilt_notes(
     """Return a sentence where the pelvis is tilted against standing and the trunk is not.
 
     Args:
-        human: The scaled person.
-        qpos: The motion.
         standing: Poses of the standing trial; none without one.
     """
     if not len(standing):
@@ -113,10 +109,7 @@ def sideways_notes(
     """Return a sentence where pelvis, knees, shoulders and trunk slope alike to one side.
 
     Args:
-        markers: The markers that were fitted.
         landmarks: Marker → its landmark.
-        human: The scaled person.
-        qpos: The motion.
     """
     named = {mark: name for name, mark in landmarks.items() if mark and name in markers.names}
     lines = ("asis", "psis", "knee_lateral", "acromion")  # feet that swing are not level
@@ -226,9 +219,6 @@ def standing_notes(
     """Return a sentence where the pelvis carries its markers elsewhere in a standing trial.
 
     Args:
-        human: The scaled person.
-        places: Attachments of the markers.
-        names: Marker names.
         qpos: Poses of the frames used to scale it.
         samples: Positions of the markers in these frames [m]; NaN where not seen.
         standing: Frames of a standing trial.

@@ -63,7 +63,6 @@ def exchanged_by_standing(trial: Markers, standing: Markers, known: Sequence[str
     """Return the labels of a trial whose exchange makes its distances those of a standing trial.
 
     Args:
-        standing: The standing trial, whose labels are right.
         known: The markers whose place is known; clusters of the others may be exchanged between
             the sides.
     """

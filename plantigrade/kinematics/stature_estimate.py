@@ -38,8 +38,6 @@ def with_unknown_size(
     """Return a scaled body with the expected stature and mass if they are not given, and notes.
 
     Args:
-        human: The body, scaled to markers.
-        person: Known properties of the person.
         age: Age [years]; None where it is not known.
     """
     notes: list[str] = []
@@ -66,12 +64,10 @@ def stature_warnings(
     pelvis tilted by 20 degrees, so the marker error alone does not show it.
 
     Args:
-        person: Known properties of the person.
         human: The body, scaled to the markers and to the stature that was given.
         marker_error: Root-mean-square marker error [m].
         free: Scales a body to the markers alone; called only where that error, or the length of the
             legs for the stature, is unusual.
-        source: The file, for the message.
     """
     given = person.height
     if given is None:

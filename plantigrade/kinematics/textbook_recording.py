@@ -51,7 +51,6 @@ def recorded(
     """Return the walk as a laboratory would have recorded it.
 
     Args:
-        walk: The walk.
         path: File of the recording.
         seed: Seed of placement, noise and gaps.
         placement: Distance of a marker from its landmark, standard deviation along each axis [m].

@@ -93,9 +93,6 @@ def write_onnx(policy: Policy, path: str | Path) -> Path:
 class OnnxPolicy:
     """The network of an ONNX file: a function from observations to actions within ±1.
 
-    Args:
-        path: The file.
-
     Attributes:
         path: The file.
         rules: Rules of its training with the reference; those of ``plantigrade/Walk-v0`` by

@@ -92,7 +92,6 @@ class Reference:
         """Return the published mean walk on a person.
 
         Args:
-            human: The person.
             speed: Walking speed [m/s]; if absent the preferred speed, 0.4 times the root of leg
                 length times gravity.
         """

@@ -350,8 +350,6 @@ def _learner(norm: Any, how: Hyperparameters, reach: Any, device: str) -> "_Lear
     """Return the learner of a network of these hyperparameters.
 
     Args:
-        norm: The environment.
-        how: The hyperparameters.
         reach: Reach of each action.
         device: torch device.
     """

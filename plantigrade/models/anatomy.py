@@ -130,7 +130,6 @@ def body_parts(d: Dimensions, sex: str, mass: float) -> list[Part]:
     """Return all parts except the feet, parents first.
 
     Args:
-        d: The person's lengths.
         sex: ``"female"`` or ``"male"``.
         mass: Body mass [kg].
     """

@@ -62,7 +62,6 @@ def point(name: str, d: Dimensions) -> np.ndarray:
 
     Args:
         name: Name in the table of this module (``"toe_1"``, ``"heel"``, ``"base_4"``, …).
-        d: The person's lengths.
     """
     x, y, *z = _POINTS[name]
     height = z[0] * d.ankle_height / _ANKLE if z else sphere_radius(d)
@@ -83,7 +82,6 @@ def foot_parts(
 
     Args:
         kind: One of :data:`FEET`.
-        d: The person's lengths.
         sex: ``"female"`` or ``"male"``.
         mass: Body mass [kg].
         full_sole: Whether the foot has all sixteen contacts.

@@ -225,7 +225,6 @@ class Human:
         Coordinates that this person lacks are ignored; those not given keep their standing value.
 
         Args:
-            names: Coordinate names.
             values: Their values [rad, m], one column each.
 
         Raises:

@@ -47,7 +47,6 @@ def loaded(skeleton: Skeleton, loads: Mapping[str, float], height: float) -> dic
     """Return the inertia of every body that carries a load, with the load, by name.
 
     Args:
-        skeleton: Bodies without the loads.
         loads: Place, one of :data:`PLACES` → mass [kg].
         height: Stature [m].
     """

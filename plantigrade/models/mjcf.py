@@ -68,7 +68,6 @@ def with_sites(xml: str, sites: Mapping[str, tuple[str, np.ndarray]]) -> str:
     """Return the MJCF text with points fixed to bodies as visual sites (group 4).
 
     Args:
-        xml: Model as MJCF text.
         sites: Name → body and position in its frame [m]; every body must exist.
     """
     if not sites:
@@ -86,7 +85,6 @@ def with_contact_heights(xml: str, offsets: Mapping[str, float]) -> str:
     """Return the MJCF text with contact spheres moved along the vertical of their segment.
 
     Args:
-        xml: Model as MJCF text.
         offsets: Geom name → upward displacement of its centre [m]; negative for a thicker sole.
     """
     root = ET.fromstring(xml)

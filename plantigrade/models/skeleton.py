@@ -91,7 +91,6 @@ def build(
     """Return the skeleton of a person, with fixed parts welded to their parents.
 
     Args:
-        d: Lengths.
         sex: ``"female"`` or ``"male"``.
         mass: Body mass [kg]; the bodies' masses add up to it exactly.
         full_sole: Whether the foot has contacts at every point of the sole

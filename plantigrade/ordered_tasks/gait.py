@@ -103,10 +103,7 @@ def gait_order(
     """Return the task hierarchy that reproduces a recorded gait.
 
     Args:
-        reference: The recorded gait.
-        tasks: Which tasks.
         schedule: Contact schedule; by default points touch while they are stationary.
-        settings: Gains.
     """
     s = settings or GaitSettings()
     k = s.stiffness

@@ -93,10 +93,8 @@ def reference_of(
     """Return the reference of a recorded gait.
 
     Args:
-        human: The person.
         time: Time of each frame [s].
         qpos: The recorded motion, smoothed.
-        events: Its gait events.
         ground: Path of the ground, such as a treadmill's belt [m]; stationary if absent.
 
     Raises:

@@ -86,7 +86,6 @@ def rebuild(
     """Reproduce a recorded gait from prioritised tasks.
 
     Args:
-        reference: The recorded gait.
         tasks: Which tasks; the default ones if absent.
         forces: Whether joint moments and ground reactions are part of the solution.
 

@@ -33,7 +33,6 @@ def stage(
     """Return the ground with transverse marks, and seats, as they pass the camera.
 
     Args:
-        model: The scene, with seats.
         com: Path of the centre of mass, world [m].
         forward: Horizontal direction of travel, unit vector.
         loop: How far a stride carries the body [m]: then marks divide it evenly, so that the end

@@ -50,7 +50,6 @@ def sole_of(
     """Return the sole of a foot of a robot that stands.
 
     Args:
-        data: Its standing pose, with positions computed.
         bodies: The last body of the leg that a joint moves, and what is welded to it.
         ankle: Position of the ankle [m].
         forward: Where the robot faces, horizontal.

@@ -38,7 +38,6 @@ class Skin:
         """Return the skin of a person: lengths of the skeleton, volume of the mass.
 
         Args:
-            human: The person.
             age: ``"young"`` or ``"old"``.
         """
         key = human.xml, human.dimensions, human.height, human.mass, human.sex, age

@@ -41,7 +41,6 @@ def optimise_timing(
     """Return the walk whose step length, stance and heel rise cost least at one speed.
 
     Args:
-        body: The person.
         task_of: Makes the task of lengths and times.
         start: Centre of the bounds, and the result if nothing is better.
         trials: Motions to try at most.

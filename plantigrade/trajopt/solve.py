@@ -90,9 +90,7 @@ def synthesize(
 
     Args:
         body: The person and the places that can carry force.
-        task: The task.
         solver: ``"interior-point"``, or ``"ipopt"`` as the reference.
-        warm: Solution of a similar task to start from.
         options: Settings of the interior point; by default with the tolerance of the task.
         progress: Called with the stage and every iteration; returning True stops with the best so
             far.

@@ -67,9 +67,7 @@ def sensitivity(
     take-off with unchanged activations, that of a gymnast unaware of the change.
 
     Args:
-        vault: The gymnast.
         found: The best activations.
-        max_activation: Maximum activation.
         parallel: As in :func:`~plantigrade.vaulting.search.search_activations`.
         reached: Called after each change with the share of them that are done.
 

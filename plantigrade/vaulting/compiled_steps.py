@@ -52,7 +52,6 @@ class Stepper:
         """Return states and extras from the first state to the first one without force.
 
         Args:
-            y: First state.
             u: Inputs at the boundaries of the steps.
             h: Length of a step [s].
             min_steps: Minimum number of steps regardless of the force.

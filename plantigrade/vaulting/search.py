@@ -156,9 +156,6 @@ def search_activations(
     """Return the results of all searches, best first.
 
     Args:
-        search: The search.
-        optimisers: Names of the optimisers.
-        starts: Number of searches per optimiser.
         seed: Random seed of the first start; later starts use consecutive seeds.
         parallel: ``jobs``, ``backend`` and ``address`` of
             :func:`~plantigrade.record.jobs.run_jobs`; sequential if absent.

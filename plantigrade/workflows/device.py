@@ -51,8 +51,6 @@ def without_devices(
     """Return the task whose devices are taken off, solved, and a body for the one with them.
 
     Args:
-        human: The person.
-        task: The task.
         strides: Of the record.
         key: What decides everything but the devices, hashable; motions of one key are solved once.
     """

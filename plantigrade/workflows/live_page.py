@@ -43,9 +43,7 @@ def look_on(
     """Compute in a thread and show the page until interrupted; then end both.
 
     Args:
-        page: The page.
         work: What computes until ``stop`` is set.
-        name: Name of its thread.
         stop: Ends both.
         failed: Its fault is appended here.
         tell: Called with the address.

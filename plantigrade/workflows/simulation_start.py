@@ -108,7 +108,6 @@ def _external_notes(record: Record, walk: Record) -> tuple[str, ...]:
     """Return notes on what acts on the body in a motion besides ground, seats and supports.
 
     Args:
-        record: The motion with its forces.
         walk: What the controller follows: the motion, or a stride of it.
     """
     notes: list[str] = []

@@ -63,7 +63,6 @@ def train(
             published mean walk on the person of [Park2020]_.
         out: Folder; each seed has one of its own within.
         resume: Take up what was stopped; what has ended is kept as it is.
-        overwrite: Replace what is there.
         tell: Called with the seed and a :class:`~plantigrade.learn.learning_curve.Progress` after
             every part of a training.
         options: Fields of ``settings`` by name; they replace those of ``settings``.
@@ -110,7 +109,6 @@ def write_spread(path: Path, curves: list[Path]) -> None:
     falls per minute.
 
     Args:
-        path: The file that is written.
         curves: Those of the seeds, ``curve.csv``.
 
     Raises:

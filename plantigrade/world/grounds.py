@@ -138,7 +138,6 @@ def relief(height: float, rng: np.random.Generator) -> Float[Array, "n_y n_x"]:
 
     Args:
         height: Maximum magnitude of the heights [m].
-        rng: Generator of random numbers.
     """
     white = rng.uniform(-1.0, 1.0, _size())
     z = gaussian_filter(white, SMOOTHING, mode="constant", truncate=3.0)

@@ -57,7 +57,6 @@ def recorded_wrenches(record: Record, period: float | None = None) -> tuple[Reco
     """Return what acts on the body in a record besides ground, seats and supports.
 
     Args:
-        record: A motion with its forces.
         period: Its period [s]; None if it has none.
     """
     if record.contact_force is None:

@@ -73,7 +73,6 @@ class SimulatedWorld:
         For disturbances and interactive forces; call it before :meth:`step`.
 
         Args:
-            body: Index of the body.
             force: Force, world [N].
             arm: Lever arm from the centre of mass of the body, world [m]; zero if absent.
         """

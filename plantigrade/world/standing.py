@@ -35,8 +35,6 @@ def standing_on(
     Then the soles are fitted to the ground (:func:`fit_soles`).
 
     Args:
-        human: The person.
-        ground: What they stand on.
         com_along_sole: Position of the centre of mass between heels (0) and toes (1), as a fraction
             of sole length; the default is about 5 cm in front of the ankles.
         width: Distance between the ankles; that between the hips if absent [m].
@@ -77,8 +75,6 @@ def fit_soles(human: Human, ground: Ground, qpos: Float[Array, " nq"]) -> Float[
     position.
 
     Args:
-        human: The person.
-        ground: What they stand on.
         qpos: Standing posture, which may belong to another ground.
     """
     flat = on_ground(human, ground, qpos)

@@ -53,7 +53,6 @@ class World(SimulatedWorld):
     """A person on a ground, with disturbances, simulated by MuJoCo.
 
     Args:
-        human: The person.
         ground: The ground; level if absent.
         disturbances: Disturbances that act on the person.
         rate: Steps of the physics per second [1/s].
@@ -67,7 +66,6 @@ class World(SimulatedWorld):
             simulation is 10 % faster.
         qpos: Initial configuration; quiet standing if absent.
         qvel: Initial velocity; at rest if absent.
-        sites: Additional contact sites, for seats.
         seed: Seed of :attr:`random`.
 
     Attributes:
@@ -259,7 +257,6 @@ class World(SimulatedWorld):
         """Restart the simulation, run a controller and return the Record.
 
         Args:
-            controller: Controller of the person.
             duration: Duration, if the simulation does not diverge before [s].
             seed: Seed, as in :meth:`reset`.
             after_fall: Duration of the simulation after a fall [s]. If it is finite, joints are

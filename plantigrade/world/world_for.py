@@ -24,7 +24,6 @@ def world_for(
     """Return a world with the rates and the initial state of a controller.
 
     Args:
-        controller: Controller of the person.
         initial: Initial state; the controller may change it.
         disturbances: Disturbances that act on the person.
         physics_rate: Steps of the physics per second; the controller's if absent [1/s].
@@ -32,7 +31,6 @@ def world_for(
         recording: Whether frames are kept.
         torque_rise: Rise time of torques, as in :class:`World` [s].
         torque_speed: Whether torques fall with the speed of their joints, likewise.
-        sites: Additional contact sites, for seats.
         seed: Seed of :attr:`World.random`.
 
     Raises:

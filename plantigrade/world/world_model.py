@@ -44,7 +44,6 @@ def world_model(
 
     Args:
         step: Time step [s].
-        sites: Additional contact sites, for seats.
         additions: Functions that add bodies to a specification.
         sole: How soles yield.
     """

@@ -69,9 +69,7 @@ def reached(
     """Return postures with the palm of an arm as near to a place as its limits allow.
 
     Args:
-        human: The person.
         side: ``"r"`` or ``"l"``.
-        q: Postures.
         place: Where the palm shall be, world [m].
         where: Postures ↦ palms [m]; by MuJoCo if absent.
     """

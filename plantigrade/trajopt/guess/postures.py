@@ -87,7 +87,6 @@ def posture(
     """Return the coordinates of a posture on both feet, or as near to it as the legs reach.
 
     Args:
-        human: The person.
         feet: Where the feet stand.
         hip: Middle of the hip joints: forward and up, world [m].
         tilt: Tilt of the pelvis, backwards positive as in OpenSim [rad].

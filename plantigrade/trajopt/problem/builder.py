@@ -108,10 +108,7 @@ class ProblemBuilder:
         """Return a family of a term's own, made at the first call.
 
         Args:
-            name: Name of the family.
-            names: Name of every row.
             expression: (q, qd, qdd, u) ↦ column of rows, in units in which 1 is large.
-            unit: Unit of a row.
         """
         import casadi as ca
 

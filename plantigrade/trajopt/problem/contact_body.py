@@ -176,7 +176,6 @@ class ContactBody:
         Args:
             key: Its name; with numbers if it depends on them.
             expression: (ca, q, qd, qdd, u, p) ↦ column of rows.
-            n_parameters: Length of p.
         """
 
         def make() -> "casadi.Function":

@@ -95,7 +95,6 @@ class External:
         """Return the torque of the devices by hinge [N m], from angles, CasADi or arrays.
 
         Args:
-            names: Names of the hinges.
             q: Their angles, a list of arrays or a CasADi vector [rad].
             p: Parameters, a list of arrays or a CasADi vector.
             root: Square root of that kind.

@@ -99,7 +99,6 @@ class InteriorPoint:
         """Solve from a guess.
 
         Args:
-            c0: Initial coefficients.
             u0: Initial node unknowns; zero if absent.
             multipliers: From a similar problem.
             progress: Called with every iteration; returning True stops with the best so far.

@@ -78,7 +78,6 @@ def solve(
 
     Args:
         problem: The problem, or a program made of it before.
-        c0: Guess of the coefficients.
         u0: Guess of the node unknowns; zeros if not given.
         tolerance: Largest error of the optimality conditions, scaled.
         feasibility: Largest violation of a row, in its own unit (where 1 is large).
@@ -124,8 +123,6 @@ def run(
     Args:
         solver: Name of the plugin (``"ipopt"``, ``"sqpmethod"``, ``"sleqp"``).
         options: Its options, as CasADi takes them.
-        program: The program.
-        c0: Guess of the coefficients.
         u0: Guess of the node unknowns; zeros if not given.
         feasibility: Violation below which the cheaper point is the better one.
         callback: Called after every iteration; True stops.

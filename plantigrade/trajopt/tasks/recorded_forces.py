@@ -31,7 +31,6 @@ def expected_wrenches(
     """Return the estimated wrenches on the feet with their standard errors.
 
     Args:
-        human: Whose.
         found: The estimate, on frames ``time`` of the motion.
         time: Their times, as the task counts them [s].
     """
@@ -68,8 +67,6 @@ def expected_moments(
     The error is infinite where there is no estimate: at joints within the foot.
 
     Args:
-        human: Whose.
-        motion: The motion, with accelerations.
         found: The estimate, on its frames.
         time: Their times, as the task counts them [s].
     """

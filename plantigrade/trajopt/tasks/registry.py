@@ -51,7 +51,6 @@ def make_task(name: str, human: Human, parameters: Mapping[str, Any] | None = No
 
     Args:
         name: One of :data:`~plantigrade.trajopt.tasks.settings.TASKS`.
-        human: The person.
         parameters: Parameters of the task; the defaults if absent.
 
     Raises:

@@ -142,7 +142,6 @@ def track(
         start: From when [s], time zero of the task; the first frame if absent.
         stop: To when [s]; the last frame if absent.
         tracking: Weights.
-        name: Name of the task.
 
     Raises:
         ParameterError: If there are fewer than four frames between start and stop, or no foot

@@ -39,13 +39,8 @@ def explaining(
     """Return forces that provide the wrench a motion requires, as far as the ground can.
 
     Args:
-        body: The person.
-        q: Coordinates.
-        v: Their rates.
-        a: Their second derivatives.
         force: Forces to stay near, world [N].
         standing: Which sites are on the ground.
-        friction: Coefficient of friction.
         times: When, where something acts on the body from outside [s].
     """
     if not body.sites:

@@ -70,8 +70,6 @@ def formulate(
     """Return the problem of a motion.
 
     Args:
-        body: The person.
-        motion: The motion.
         basis: ``"trigonometric"`` or ``"polynomial"``.
         polygon: ``"quadrilateral"`` or ``"hull"``.
         posture: Cost of angles away from the neutral pose [1/rad²]; zero for Eq. 15 alone.

@@ -97,11 +97,9 @@ def solve_staged(
     """Return the solution of a motion of the paper, stage by stage.
 
     Args:
-        paper: The motion.
         tolerance: Largest error of the optimality conditions, scaled.
         feasibility: Largest violation.
         max_seconds: Most time of one attempt [s].
-        solvers: Solvers to try, in order.
         say: Called with a line after every attempt.
         callback: Called after every iteration of a solver; True stops.
     """
