@@ -20,6 +20,7 @@ import numpy as np
 from plantigrade.analyze.reproduction import ROTATIONS, Comparison
 from plantigrade.analyze.statistics import known_mean
 from plantigrade.arrays import Array, Float
+from plantigrade.data_files import number_table
 from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import PERCENT
 
@@ -37,20 +38,11 @@ class PaperRow:
     identical: bool = False  #: Whether it marks the two as significantly identical
 
 
-# The differences of Knee L (66 - 54) and Ankle L (35 - 21) are printed as 9 and 13.
 PAPER_TABLE = {
-    "hip_flexion_r": PaperRow(52, 54, 2, identical=True),
-    "hip_adduction_r": PaperRow(22, 24, 2, identical=True),
-    "hip_rotation_r": PaperRow(11, 16, 5),
-    "knee_angle_r": PaperRow(56, 67, 11),
-    "ankle_angle_r": PaperRow(20, 34, 14),
-    "subtalar_angle_r": PaperRow(23, 27, 4),
-    "hip_flexion_l": PaperRow(57, 57, 0, identical=True),
-    "hip_adduction_l": PaperRow(23, 26, 3),
-    "hip_rotation_l": PaperRow(13, 16, 3),
-    "knee_angle_l": PaperRow(54, 66, 9),
-    "ankle_angle_l": PaperRow(21, 35, 13),
-    "subtalar_angle_l": PaperRow(24, 28, 4),
+    name: PaperRow(int(ours), int(theirs), int(apart), identical=bool(same))
+    for name, (ours, theirs, apart, same) in number_table(
+        "plantigrade.analyze", "boukheddimi_table1.csv", 4
+    ).items()
 }
 """Table I of [Boukheddimi]_ by coordinate."""
 

@@ -25,6 +25,7 @@ from plantigrade.analyze.standing_feet import sway_doubt
 from plantigrade.analyze.trial import CUTOFF, Trial
 from plantigrade.charts.labels import without_side
 from plantigrade.constants import SIDES
+from plantigrade.data_files import named_numbers
 from plantigrade.dynamics.ball_joints import BallJoint
 from plantigrade.dynamics.loading import RUNNING_FREQUENCY_RATIO
 from plantigrade.kinematics.shoulders import arms_of
@@ -40,17 +41,7 @@ MAX_RESIDUAL = 0.35
 """RMS root residual above which a fit fails [BW]. It is scaled with the cut-off over the usual one,
 because the noise is; runs, at 15 Hz, have 0.16 to 0.24."""
 
-MAX_JOINT_SPEEDS = {
-    "arm_rot": 9000.0,
-    "wrist": 4000.0,
-    "elbow": 3000.0,
-    "pro_sup": 3000.0,
-    "fingers": 4000.0,
-    "mtp": 3000.0,
-    "knee_angle": 2500.0,
-    "arm": 2000.0,
-    "ankle_angle": 2000.0,
-}
+MAX_JOINT_SPEEDS = named_numbers("plantigrade.analyze", "joint_speeds.csv")
 """Maximum joint speeds by prefix of the coordinate [deg/s], above the peaks of baseball pitching
 (internal rotation of the shoulder 7200, elbow 2300 [Fleisig1999]_) and of kicking (knee 1700, hip
 1300 [Nunome2006]_)."""

@@ -24,29 +24,10 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.data_files import named_numbers
 from plantigrade.models.coordinates import REFERENCE_HEIGHT, REFERENCE_MASS
 
-STIFFNESS: Mapping[str, float] = {
-    "lumbar_extension": 60.0,
-    "lumbar_bending": 60.0,
-    "lumbar_rotation": 40.0,
-    "thorax_extension": 60.0,
-    "thorax_bending": 60.0,
-    "thorax_rotation": 40.0,
-    "neck_extension": 5.0,
-    "neck_bending": 5.0,
-    "neck_rotation": 3.0,
-    "hip_adduction": 15.0,
-    "hip_rotation": 12.0,
-    "subtalar_angle": 15.0,
-    "mtp_angle": 20.0,
-    "arm_add": 4.0,
-    "arm_rot": 2.0,
-    "pro_sup": 1.0,
-    "wrist_flex": 1.0,
-    "wrist_dev": 1.0,
-    "fingers_flex": 1.0,
-}
+STIFFNESS = named_numbers("plantigrade.dynamics", "stiffness.csv")
 """Stiffness about zero [N m/rad] for the reference mass and height."""
 DAMPING: Mapping[str, float] = {"lumbar": 2.0, "thorax": 2.0, "": 0.5}
 """Damping [N m s/rad] by prefix of the name."""

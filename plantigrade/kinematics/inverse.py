@@ -19,6 +19,7 @@ from scipy.linalg.lapack import dposv  # pyright: ignore[reportAttributeAccessIs
 from scipy.spatial.transform import Rotation, Slerp
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.data_files import named_numbers
 from plantigrade.kinematics.shoulders import Hold
 from plantigrade.kinematics.state import PointSet, State, integrate
 from plantigrade.models import Human
@@ -32,23 +33,7 @@ POSTURE_WEIGHT = 2.5e-5
 # [rad] standard deviation of small joints, which move little and depend on few nearby markers;
 # their weight is relative to a marker noise of 6 mm. The lateral rays rotate about 10 deg each way
 # against the tarsus in cadavers [Ouzounian1989]_; toes with one marker mainly flex.
-SMALL_JOINTS = {
-    "subtalar_angle": 0.12,
-    "ankle_rotation": 0.12,
-    "knee_adduction": 0.06,
-    "knee_rotation": 0.12,
-    "elbow_adduction": 0.10,
-    "heel_angle": 0.10,
-    "heel_inversion": 0.10,
-    "heel_adduction": 0.10,
-    "cuboid_angle": 0.09,
-    "cuboid_inversion": 0.09,
-    "cuboid_adduction": 0.05,
-    "mtp_inversion": 0.04,
-    "mtp_adduction": 0.10,
-    "mtp4_inversion": 0.04,
-    "mtp4_adduction": 0.10,
-}
+SMALL_JOINTS = named_numbers("plantigrade.kinematics", "small_joints.csv")
 # [1] number of markers on both segments of a foot joint that replaces its posture weight
 MIN_JOINT_MARKERS = 3
 _FOOT_JOINTS = ("subtalar_", "ankle_", "heel_", "cuboid_", "mtp")

@@ -5,6 +5,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from plantigrade.constants import SIDES
+from plantigrade.data_files import named_numbers
 from plantigrade.kinematics.inverse import InverseKinematics, Terms
 from plantigrade.kinematics.shoulders import arm_starts
 from plantigrade.kinematics.skeleton_source import SkeletonSource
@@ -30,25 +31,7 @@ MIN_HINGE_RANGE = np.deg2rad(25)  # [rad] minimum flexion of a hinge that determ
 MAX_FRAME_COST = 4e-3  # [m²] weighted sum of squares above which other arm postures are tried
 AXIS_LENGTH = 0.20  # [m] length of the vectors that represent an orientation
 # Weights of the terms: joint centres, and vectors of length ARM along bone axes.
-WEIGHTS = {
-    "hip": 1.0,
-    "knee": 1.0,
-    "ankle": 1.0,
-    "shoulder": 0.4,
-    "elbow": 0.4,
-    "wrist": 0.4,
-    "pelvis": 0.6,
-    "thigh": 0.06,
-    "shank": 0.02,
-    "foot": 0.4,
-    "toes": 0.05,
-    "thorax": 0.2,
-    "thorax_up": 0.02,
-    "head": 0.2,
-    "upper_arm": 0.02,
-    "hand": 0.05,
-    "hand_axis": 0.05,
-}
+WEIGHTS = named_numbers("plantigrade.kinematics", "skeleton_weights.csv")
 
 
 class SkeletonTargets:

@@ -9,37 +9,13 @@ from dataclasses import dataclass, fields
 from math import degrees, isfinite, radians
 from typing import Any, get_args, get_type_hints
 
+from plantigrade.data_files import number_table
 from plantigrade.trajopt.tasks.settings import TaskSettings, Walk, WalkBackward, WalkSideways
 
 Value = float | bool | str | tuple[float, ...] | None
 """Value of a control; None is the default of a number or a point that depends on the person."""
 
-SLIDERS: Mapping[str, tuple[float, float]] = {
-    "speed": (0.5, 4.0),  # [m/s] a stroll to a distance run; narrowed to what the task allows
-    "steps": (2, 8),
-    "strides": (1, 6),
-    "step_length": (0.3, 0.9),  # [m]
-    "turn": (-90.0, 90.0),  # [deg]
-    "slope": (-10.0, 10.0),  # [deg] a steep street
-    "step_height": (-0.2, 0.2),  # [m] a stair
-    "obstacle_height": (0.0, 0.3),  # [m] up to the knee
-    "cart_force": (0.0, 150.0),  # [N] a full shopping trolley to a stuck one
-    "chair_height": (0.35, 0.6),  # [m] a low sofa to a bar stool
-    "duration": (0.8, 6.0),  # [s]
-    "box_mass": (0.0, 20.0),  # [kg]
-    "table_height": (0.5, 1.1),  # [m] a low table to a bench for standing work
-    "seat_off": (0.2, 0.6),  # [1] of the duration
-    "depth": (0.05, 0.5),  # [m]
-    "distance": (-0.5, 0.5),  # [m]; narrowed to what the task allows
-    "clearance": (0.0, 0.2),  # [m]
-    "push": (0.5, 1.5),  # [s]
-    "landing": (0.5, 1.5),  # [s]
-    "jump_height": (0.05, 0.4),  # [m]
-    "hop_height": (0.02, 0.15),  # [m]
-    "hops_per_minute": (90.0, 180.0),
-    "strength": (0.3, 1.2),  # [1] of a strong person's
-    "cadence": (140.0, 220.0),  # [steps/min] of runners
-}
+SLIDERS = number_table("plantigrade.live", "sliders.csv", 2)
 """Parameter → range of its slider; others have none."""
 
 TARGET = "target"

@@ -7,6 +7,8 @@ the chart's medians at 20 years, 21.7 of women and 23.0 of men.
 
 import numpy as np
 
+from plantigrade.data_files import number_table
+
 ADULT_AGE = 18.0  # [years] age from which a person is an adult
 ADULT_BMI = 22.0  # [kg/m²] body mass index of adults
 ADULT_BMI_SPREAD = 0.15
@@ -15,25 +17,9 @@ ADULT_BMI_SPREAD = 0.15
 CHILD_TO_ADULT_STATURES = (1.45, 1.60)
 """Statures between which the index for unknown age changes from children to adults [m]; 1 % of
 women are shorter than the first, a third are shorter than the second."""
-# Stature [m], median body mass index of children [kg/m²], relative standard deviation [1].
 _CHILDREN = np.array(
-    [
-        (0.85, 16.5, 0.08),
-        (0.95, 15.8, 0.08),
-        (1.05, 15.4, 0.08),
-        (1.15, 15.3, 0.09),
-        (1.20, 15.4, 0.10),
-        (1.25, 15.6, 0.11),
-        (1.30, 16.0, 0.12),
-        (1.35, 16.4, 0.13),
-        (1.40, 16.9, 0.14),
-        (1.45, 17.4, 0.14),
-        (1.50, 17.9, 0.15),
-        (1.60, 19.0, 0.15),
-        (1.70, 20.2, 0.15),
-        (1.75, 21.2, 0.15),
-    ]
-)
+    [*number_table("plantigrade.models", "children.csv", 3).values()]
+)  # stature [m], body mass index [kg/m²], its relative standard deviation [1]
 
 
 def usual_mass(height: float, age: float | None = None) -> tuple[float, float]:

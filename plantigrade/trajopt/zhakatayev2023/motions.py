@@ -43,10 +43,12 @@ r"""The four motions of the paper, their settings as data (section VI).
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.data_files import toml_tree
 from plantigrade.errors import ParameterError
 
 
@@ -77,7 +79,7 @@ class PaperMotion:
     start: str = "neutral"  # ``"neutral"`` or ``"seated"``
     # how far the pelvis gets (forward, to the right) [m]; of a motion that starts seated, None: by
     # as much as the thighs are long
-    travel: tuple[float, float] | None = (0.0, 0.0)
+    travel: tuple[float, float] | None = None
     sink: float = 0.05  # how far the pelvis may go below where it starts and ends [m]
     leeway: float = 0.05  # how far it may leave the way from start to end otherwise [m]
     # lower and upper limit of the pelvis' speed (Eq. 20) [m/s]; None where switched off
@@ -112,75 +114,17 @@ class PaperMotion:
         return {side: np.outer(way, axis) for side, way in ways.items()}
 
 
-_L = 0.4  # forward step [m]
-_S = 0.3  # step to the side [m]
+def _motion(name: str, row: dict[str, Any]) -> PaperMotion:
+    """Return a motion from its entry in the file."""
+    reach = row.pop("reach", 0.0)
+    for key in {"right_places", "left_places", "travel", "speed"} & set(row):
+        row[key] = tuple(reach * steps for steps in row[key])
+    return PaperMotion(name, **row | {"printed": Printed(**row["printed"])})
 
-MOTIONS: dict[str, PaperMotion] = {
-    m.name: m
-    for m in (
-        PaperMotion(
-            "walk",
-            title="still-walk-still",
-            duration=3.0,
-            step=0.5,
-            n_coefficients=10,
-            right="1111011",
-            left="1101111",
-            right_places=(0, _L, _L, _L, _L, 3 * _L, 3 * _L),
-            left_places=(0, 0, 0, 2 * _L, 2 * _L, 2 * _L, 3 * _L),
-            travel=(3 * _L, 0.0),
-            speed=(0.5 * _L, 2.0 * _L),
-            arms=True,
-            knee=True,
-            printed=Printed(430, 2812, 85 + (15 * 60 + 39) * 60 + (3 * 60 + 22) * 60),
-        ),
-        PaperMotion(
-            "sit-to-stand",
-            title="sit-stand",
-            duration=1.0,
-            step=0.2,
-            n_coefficients=9,
-            right="111111",
-            left="111111",
-            right_places=(0.0,) * 6,
-            left_places=(0.0,) * 6,
-            start="seated",
-            travel=None,
-            printed=Printed(387, 2508, 9 * 60),
-        ),
-        PaperMotion(
-            "side-step",
-            title="side-step",
-            duration=1.0,
-            step=0.2,
-            n_coefficients=9,
-            right="101111",
-            left="111101",
-            right_places=(0, 0, _S, _S, _S, _S),
-            left_places=(0, 0, 0, 0, 0, _S),
-            sideways=True,
-            travel=(0.0, _S),
-            speed=(0.25 * _S, 3.0 * _S),
-            printed=Printed(387, 2372, 9),
-            figures={"rise": 0.016},
-        ),
-        PaperMotion(
-            "jump",
-            title="jump",
-            duration=0.6,
-            step=0.2,
-            n_coefficients=7,
-            right="1111",
-            left="1111",
-            right_places=(0.0,) * 4,
-            left_places=(0.0,) * 4,
-            sink=0.44,
-            jump=1e4,
-            take_off=2.0,
-            printed=Printed(301, 1816, 85 * 60),
-            figures={"take_off": 1.8, "height": 0.16},
-        ),
-    )
+
+MOTIONS = {
+    name: _motion(name, row)
+    for name, row in toml_tree("plantigrade.trajopt.zhakatayev2023", "motions.toml").items()
 }
 """The paper's motions by the names our tasks have."""
 
