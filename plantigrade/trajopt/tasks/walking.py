@@ -38,6 +38,7 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.ground import FOOT_AHEAD_OF_ANKLE, FOOT_BEHIND_ANKLE
 from plantigrade.contact.limb_sites import REFERENCE_HEIGHT, palm
 from plantigrade.contact.plan import ContactPlan, Obstacle
+from plantigrade.data_files import named_numbers
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.trajopt.guess.walk import walking_guess
@@ -70,25 +71,7 @@ TRUNK = tuple(
     f"{part}_{way}" for part in ("lumbar", "thorax") for way in ("extension", "bending", "rotation")
 )
 USED_FRICTION = 0.35  # Coefficient of friction of a walk's plan [1]; higher on slopes
-UPRIGHT_WEIGHTS = {
-    "pelvis_tilt": 3.0,
-    "pelvis_list": 2.0,
-    "lumbar_extension": 0.5,
-    "lumbar_bending": 1.0,
-    "thorax_extension": 0.5,
-    "thorax_bending": 1.0,
-    "neck_extension": 0.3,
-    "neck_bending": 0.3,
-    "neck_rotation": 0.3,
-    "arm_flex": 0.25,
-    "arm_add": 0.5,
-    "arm_rot": 0.2,
-    "elbow_flex": 0.1,
-    "pro_sup": 0.1,
-    "wrist_flex": 0.1,
-    "wrist_dev": 0.1,
-    "fingers_flex": 0.1,
-}
+UPRIGHT_WEIGHTS = named_numbers("plantigrade.trajopt.tasks", "upright_weights.csv")
 """Weights of an upright trunk and head and hanging arms [1/(s rad²)]."""
 
 STANDING_POSTURE = {
