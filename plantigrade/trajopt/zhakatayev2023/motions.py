@@ -18,7 +18,7 @@ r"""The four motions of the paper, their settings as data (section VI).
 - *Contact of the walk.* The matrices printed for the 7 times have 6 columns,
   ``1 1 1 1 0 1`` (right) and ``1 1 0 1 1 1`` (left), but the number of constraints implies 12 feet
   on the ground: one column of ones is missing in each. With it at the end they are what the text
-  tells: half a step with the right foot, before the first sample after the start; a full step left
+  says: half a step with the right foot, before the first sample after the start; a full step left
   through the air at 1.0 s; a full step right through the air at 2.0 s; half a step left, before the
   last sample. *The half steps have no sample in the air.* Nothing keeps these feet off the ground
   between the samples, and the check reports the depth.
@@ -119,7 +119,8 @@ def _motion(name: str, row: dict[str, Any]) -> PaperMotion:
     reach = row.pop("reach", 0.0)
     for key in {"right_places", "left_places", "travel", "speed"} & set(row):
         row[key] = tuple(reach * steps for steps in row[key])
-    return PaperMotion(name, **row | {"printed": Printed(**row["printed"])})
+    row["printed"] = Printed(**row["printed"])
+    return PaperMotion(name, **row)
 
 
 MOTIONS = {
