@@ -173,7 +173,9 @@ def _geometry(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     speed = np.where(s.standing, np.linalg.norm(_sliding(s), axis=2), -np.inf)
     yield Series("slip_speed", speed, tol.slip_speed, names, sides)
     # Next to a support the body may be behind its surface; the ground is everywhere.
-    supported = s.standing | np.array([side != "" for side in sides], bool) | _facing(record, s)
+    boards = {seat.site for seat in record.ground.seats}
+    grounded = np.array([name not in boards for name in names], bool)
+    supported = s.standing | grounded | _facing(record, s)
     gap = np.where(supported & s.spread, s.gap, np.inf)
     distance = np.linalg.norm(s.point[:, :, None] - s.spheres[:, None], axis=3).max(axis=0)
     separate = np.flatnonzero((distance >= _SAME_POINT).all(axis=0))  # the others are sites

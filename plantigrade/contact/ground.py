@@ -13,7 +13,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import FRICTION
-from plantigrade.contact.plan import UP, ContactPlan
+from plantigrade.contact.plan import SAME_HEIGHT, UP, ContactPlan
 from plantigrade.contact.site import CHAIR_PART
 from plantigrade.errors import ParameterError
 
@@ -165,7 +165,7 @@ class Ground:
         prints = sorted((s.footprint.position[0], s.footprint.position[2]) for s in plan.stances)
         steps = []
         for (x0, z0), (x1, z1) in zip(prints[:-1], prints[1:], strict=True):
-            if abs(z1 - z0) > 1e-9:
+            if abs(z1 - z0) > SAME_HEIGHT:
                 steps.append(
                     GroundStep(x1 - FOOT_BEHIND_ANKLE if z1 > z0 else x0 + FOOT_AHEAD_OF_ANKLE, z1)
                 )
@@ -182,6 +182,7 @@ class Ground:
                     "" if s.site.part == CHAIR_PART else s.site.name,
                 )
                 for s in plan.supports
+                if not plan.on_ground(s)
             }.values()
         )  # fmt: skip
         return cls(height, plan.slope, tuple(steps), seats, friction)

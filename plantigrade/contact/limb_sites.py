@@ -1,17 +1,21 @@
-"""Contact sites of hands, which rest on an armrest, a wall or a rail."""
+"""Contact sites of hands, knees and seat, which rest on a floor, an armrest, a wall or a rail."""
 
 import numpy as np
 
 from plantigrade.bounds import word
 from plantigrade.constants import SIDES
+from plantigrade.contact.seat import seat_sites
 from plantigrade.contact.site import ContactSite, Point
 from plantigrade.models import Human
 
 REFERENCE_HEIGHT = 1.75  # [m] stature of the person whom the following length belongs to
 PALM = 0.08  # [m] middle of the palm below the wrist
 HAND_PART = "hand"  #: Part name of a site that rests on an armrest, a wall or a rail
-SUPPORTED_PARTS = tuple(f"hand_{side}" for side in SIDES)
-"""Parts of the body that a support of a task may carry, besides feet and seat."""
+KNEE_PART = "knee"  #: Part name of a site that kneels
+KNEELING_PITCH = float(np.pi / 2)
+"""Forward pitch of a shank that lies on the ground [rad]; its knee rolls from there."""
+SUPPORTED_PARTS = tuple(f"{part}_{side}" for part in ("hand", "knee", "seat") for side in SIDES)
+"""Parts of the body that a support of a task may carry, besides feet."""
 
 
 def palm(human: Human, side: str) -> Point:
@@ -20,12 +24,26 @@ def palm(human: Human, side: str) -> Point:
     return Point(body, origin + np.array([0.0, 0.0, -PALM * human.height / REFERENCE_HEIGHT]))
 
 
-def limb_site(human: Human, part: str) -> ContactSite:
-    """Return the contact site of a hand: the palm, as a point.
+def limb_site(human: Human, part: str, *, on_ground: bool = False) -> ContactSite:
+    """Return the contact site of a hand, a knee or an ischium.
+
+    A hand rests on the middle of the palm, a point, which on the ground is on its surface. A knee
+    rests on a sphere about the joint as thick as the thigh, which the shank turns.
 
     Raises:
         ParameterError: If the part is none of :data:`SUPPORTED_PARTS`.
     """
     word("part", part, SUPPORTED_PARTS)
-    point = palm(human, part[-1])
-    return ContactSite(body=point.body, position=point.position, name=part, part=HAND_PART)
+    stem, side = part[:-2], part[-1]
+    if stem == "seat":
+        return next(site for site in seat_sites(human) if site.name == part)
+    if stem == "knee":
+        thigh = next(b for b in human.skeleton.bodies if b.name == f"femur_{side}")
+        radius = float(thigh.solids[0].radius)
+        return ContactSite(body=f"tibia_{side}", radius=radius, name=part, part=KNEE_PART)
+    point = palm(human, side)
+    position = np.array(point.position)
+    if on_ground:
+        hand = next(b for b in human.skeleton.bodies if b.name == point.body)
+        position += [min(map(float, hand.solids[0].b)), 0.0, 0.0]
+    return ContactSite(body=point.body, position=position, name=part, part=HAND_PART)

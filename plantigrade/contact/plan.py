@@ -18,6 +18,7 @@ from plantigrade.errors import ParameterError
 
 TIME_TOLERANCE = 1e-7  #: Times closer than this are equal [s]
 UNIT_TOLERANCE = 1e-6  #: How far the length of a normal may be from one [1]; rounding
+SAME_HEIGHT = 1e-9  #: Heights closer than this are equal [m]
 UP = (0.0, 0.0, 1.0)  #: Normal of a level surface
 
 
@@ -114,6 +115,9 @@ class PointSupport:
     stop: float  #: End of the contact [s]
     normal: tuple[float, float, float] = UP  #: Where the surface faces, of length one
     friction: float | None = None  #: Coefficient of friction; the ground's if None
+    #: Forward pitch of the body from which its sphere rolls [rad]; that of a shank which kneels is
+    #: a right angle
+    pitch: float = 0.0
 
     def __post_init__(self):
         """Raise for a normal that is none, and for a sphere on a surface that is not level."""
@@ -248,6 +252,16 @@ class ContactPlan:
                 stop = np.inf if stop >= self.duration else stop
             carries |= (times > start + TIME_TOLERANCE) & (times < stop - TIME_TOLERANCE)
         return carries
+
+    def on_ground(self, support: PointSupport) -> bool:
+        """Return whether a support is the level ground itself, not a board above it."""
+        level = min((s.footprint.position[2] for s in self.stances), default=0.0)
+        return (
+            support.normal == UP
+            and support.friction is None
+            and not self.slope
+            and abs(support.position[2] - level) < SAME_HEIGHT
+        )
 
     def footprint(self, side: str, time: float) -> Footprint | None:
         """Return the footprint of a foot at a time; None in swing."""

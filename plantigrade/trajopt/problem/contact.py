@@ -13,11 +13,12 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.plan import TIME_TOLERANCE, ContactPlan, Footprint
 from plantigrade.contact.site import ContactSite, contact_sites
-from plantigrade.spatial.conventions import about_vertical
+from plantigrade.spatial.conventions import about_axis, about_vertical
 from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.transcription.derivatives import derivatives_of
 
+ACROSS = np.array([0.0, 1.0, 0.0])  # axis of a forward pitch
 MAX_UNLOADED_DEPTH = 0.001
 """Maximum depth of an unloaded sphere in the ground at a node [m]; 2 mm between nodes."""
 
@@ -33,7 +34,8 @@ def site_places(
     .. math:: \xi = c + \rho\, (\theta\, e_1 + \varphi\, e_2)
 
     does not change, :math:`c` being its centre and :math:`\theta > 0` toes up: the centre then
-    moves as the sphere rolls. The third row is the height of the lowest point.
+    moves as the sphere rolls. The third row is the height of the lowest point. A shank that kneels
+    is pitched from where it lies on the ground.
     """
     sym = body.symbolic
 
@@ -46,6 +48,10 @@ def site_places(
             R, rho = rotation[:, 3 * i : 3 * i + 3], site.radius
             c, s = p[2 * k], p[2 * k + 1]
             pitch, roll = ca.asin(R[2, 0]), ca.atan2(R[2, 1], R[2, 2])
+            if body.pitch[k]:  # regular where it stands upright again
+                R = R @ ca.DM(about_axis(ACROSS, -body.pitch[k : k + 1])[0])
+                pitch = ca.atan2(R[2, 0], R[0, 0] * c + R[1, 0] * s)
+                roll = ca.atan2(R[2, 1], R[1, 1] * c - R[0, 1] * s)
             x = low[0, k] + rho * pitch * c - rho * roll * s
             y = low[1, k] + rho * pitch * s + rho * roll * c
             rows += [x, y, low[2, k]]

@@ -105,6 +105,8 @@ class ContactBody:
         self.own_friction = np.array(
             [getattr(held.get(s.name), "friction", None) for s in self.sites], dtype=float
         )
+        #: Pitch of each site's body from which its sphere rolls [rad]
+        self.pitch = np.array([getattr(held.get(s.name), "pitch", 0.0) for s in self.sites])
 
     def friction(self, of_ground: float) -> Float[Array, " n_sites"]:
         """Return the coefficient of friction at each site, by that of the ground."""

@@ -6,6 +6,7 @@ from typing import Any
 from plantigrade.models import Human
 from plantigrade.trajopt.tasks import settings
 from plantigrade.trajopt.tasks.chair import sit_to_stand
+from plantigrade.trajopt.tasks.getting_up import get_up
 from plantigrade.trajopt.tasks.hopping import hop
 from plantigrade.trajopt.tasks.jumping import jump, take_off
 from plantigrade.trajopt.tasks.lifting import lift
@@ -27,6 +28,7 @@ MAKERS: Mapping[type[TaskSettings], Callable[[Human, Any], MotionTask]] = {
     settings.Hop: hop,
     settings.SitToStand: sit_to_stand,
     settings.StandToSit: sit_to_stand,
+    settings.GetUp: get_up,
     settings.Squat: squat,
     settings.Reach: reach,
     settings.Lift: lift,

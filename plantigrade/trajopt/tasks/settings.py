@@ -222,6 +222,19 @@ class StandToSit(SitToStand):
 
 
 @dataclass(frozen=True, kw_only=True)
+class GetUp(TaskSettings):
+    """Get up from the floor."""
+
+    activity = "getting up from the floor"
+    ranges = {"duration": (1.5, MAX_DURATION, "s")}
+
+    duration: float = 3.0
+    """Duration, from kneeling on one knee to standing [s]."""
+    side: Side = "r"
+    """Side of the foot ahead; the other knee is on the floor."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Squat(TaskSettings):
     """Squat and stand up again."""
 
@@ -366,6 +379,7 @@ TASKS: dict[str, type[TaskSettings]] = {
     "hop": Hop,
     "sit-to-stand": SitToStand,
     "stand-to-sit": StandToSit,
+    "get-up": GetUp,
     "squat": Squat,
     "reach": Reach,
     "lift": Lift,

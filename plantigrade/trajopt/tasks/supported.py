@@ -1,21 +1,24 @@
-"""Hands on armrests, walls and rails, added to a task."""
+"""Hands on armrests, walls and rails, hands, knees and seat on the floor, added to a task."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
+from plantigrade.contact.limb_sites import HAND_PART
 from plantigrade.contact.plan import PointSupport
 from plantigrade.errors import ParameterError
 from plantigrade.trajopt.guess.hands import HandsOnSupports
+from plantigrade.trajopt.guess.in_contact import InContact
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.terms.contact import InFront
+from plantigrade.trajopt.terms.solid import SolidLimbs
 
 
 def with_supports(task: MotionTask, supports: Sequence[PointSupport]) -> MotionTask:
-    """Return a task whose hands rest on supports as well, and are in front of them otherwise.
+    """Return a task whose hands, knees or seat also rest on supports, in front of them otherwise.
 
     Raises:
-        ParameterError: If the task is periodic, a support is outside its time, or one hand has two
-            different supports.
+        ParameterError: If the task is periodic, a support is outside its time, or one part of the
+            body has two different supports.
     """
     if not supports:
         return task
@@ -34,5 +37,10 @@ def with_supports(task: MotionTask, supports: Sequence[PointSupport]) -> MotionT
                 f"{s.site.name} has two supports; give both the same place, normal and friction"
             )
     plan = replace(task.plan, supports=(*task.plan.supports, *supports))
-    terms = (*task.terms, *(InFront(name) for name in surfaces))
-    return replace(task, plan=plan, terms=terms, guess=HandsOnSupports(task.guess))
+    terms, guess = (*task.terms, *map(InFront, surfaces)), HandsOnSupports(task.guess)
+    if any(s.site.part != HAND_PART for s in supports):  # low, thighs come near both arms
+        guess = InContact(task.guess)
+        terms = tuple(
+            replace(t, opposite_thighs=True) if isinstance(t, SolidLimbs) else t for t in terms
+        )
+    return replace(task, plan=plan, terms=terms, guess=guess)

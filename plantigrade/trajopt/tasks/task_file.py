@@ -36,8 +36,8 @@ import numpy as np
 
 from plantigrade.bounds import shown
 from plantigrade.constants import SIDES
-from plantigrade.contact.limb_sites import SUPPORTED_PARTS, limb_site
-from plantigrade.contact.plan import UP, Footprint, PointSupport, Stance
+from plantigrade.contact.limb_sites import KNEE_PART, KNEELING_PITCH, SUPPORTED_PARTS, limb_site
+from plantigrade.contact.plan import SAME_HEIGHT, UP, Footprint, PointSupport, Stance
 from plantigrade.errors import FileError, ParameterError, did_you_mean, known_names
 from plantigrade.models import Human
 from plantigrade.toml import parse_toml, read_toml
@@ -338,13 +338,16 @@ def _support(human: Human, given: Mapping[str, Any]) -> PointSupport:
     """Return a support, from before the start to after the end where no times are given."""
     normal = np.array(given.get("normal", UP))
     x, y, z = map(float, normal / np.linalg.norm(normal))
+    on_ground = (x, y, z) == UP and abs(given["place"][2]) < SAME_HEIGHT
+    site = limb_site(human, given["part"], on_ground=on_ground)
     return PointSupport(
-        limb_site(human, given["part"]),
+        site,
         given["place"],
         given.get("start", -1.0),
         given.get("stop", FOR_EVER),
         (x, y, z),
         given.get("friction"),
+        KNEELING_PITCH if site.part == KNEE_PART else 0.0,
     )
 
 

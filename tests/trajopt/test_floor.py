@@ -1,0 +1,105 @@
+"""Knees and hands on the floor: how they rest, what carries, what the check sees."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from plantigrade import check
+from plantigrade.contact.ground import Ground
+from plantigrade.contact.limb_sites import KNEELING_PITCH, limb_site
+from plantigrade.contact.plan import ContactPlan, PointSupport
+from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import PointSet, State
+from plantigrade.models import Human
+from plantigrade.record import Record
+from plantigrade.trajopt import ContactBody, make_task, synthesize
+from plantigrade.trajopt.problem.contact import site_places
+from plantigrade.trajopt.transcription.derivatives import derivatives_of
+
+
+@cache
+def person() -> Human:
+    return Human.create(1.72, 68.0, joints="42", feet="two-segment")
+
+
+def on_knee(height: float = 0.0, friction: float | None = None) -> ContactPlan:
+    site, place = limb_site(person(), "knee_l"), (0.0, 0.1, height)
+    knee = PointSupport(site, place, -1.0, 2.0, friction=friction, pitch=KNEELING_PITCH)
+    return ContactPlan(1.0, (), supports=(knee,))
+
+
+@cache
+def risen() -> Record:
+    """A person who stands up from one knee, on a coarse mesh."""
+    task = replace(make_task("get-up", person()), nodes_per_second=12.0)
+    made = synthesize(task.body_of(person()), task)
+    assert made.success
+    return made.record()
+
+
+def knee(record: Record) -> int:
+    return [s.name for s in record.sites].index("knee_l")
+
+
+def test_a_kneeling_knee_rolls_without_slipping():
+    """Rates of its rows are the velocity of the material that touches the floor, by MuJoCo."""
+    human, plan = person(), on_knee()
+    body = ContactBody.for_plan(human, plan)
+    k = [s.name for s in body.sites].index("knee_l")
+    q = np.zeros((1, body.symbolic.nv))
+    q[0, body.symbolic.names.index("knee_angle_l")] = KNEELING_PITCH
+    v = np.random.default_rng(0).normal(size=q.shape)
+    zero = np.zeros_like(q)
+    rows = derivatives_of(site_places(body, np.zeros((1, len(body.sites))), rates=True).function)
+    u, p = np.zeros((1, 3 * len(body.sites))), np.tile([1.0, 0.0], (1, len(body.sites)))
+    rate = rows.values(q, v, zero, u, p)[0, 3 * k : 3 * k + 3]
+    qpos, qvel, _ = body.symbolic.to_mujoco(q, v, zero)
+    state, site = State(human, qpos[0]), limb_site(human, "knee_l")
+    centre = PointSet(human, [site.body], np.array([site.position]))
+    down = state.rotation(site.body).T @ [0.0, 0.0, -site.radius]
+    touching = PointSet(human, [site.body], np.array([site.position]) + down)
+    along = (state.jacobian(touching)[0] @ qvel[0])[:2]
+    up = (state.jacobian(centre)[0] @ qvel[0])[2]
+    # not quite level, as the knee's axis is oblique; without rolling they would be apart
+    np.testing.assert_allclose(rate, [*along, up], atol=5e-3)
+    assert np.linalg.norm(along - (state.jacobian(centre)[0] @ qvel[0])[:2]) > 0.02
+
+
+def test_a_support_at_the_height_of_the_floor_is_the_floor():
+    assert Ground.of_plan(on_knee()).seats == ()
+    assert [seat.site for seat in Ground.of_plan(on_knee(0.1)).seats] == ["knee_l"]
+    assert [seat.friction for seat in Ground.of_plan(on_knee(0.0, 0.3)).seats] == [0.3]
+
+
+def test_toes_that_cannot_bend_do_not_kneel():
+    with pytest.raises(ParameterError, match="two-segment"):
+        make_task("get-up", Human.create(1.72, 68.0, joints="42", feet="rigid"))
+
+
+@pytest.mark.solver
+def test_a_person_stands_up_from_one_knee():
+    record, k = risen(), knee(risen())
+    verdict = check(record)
+    assert verdict.ok, [f.sentence() for f in verdict.findings]
+    assert record.contact_force is not None and record.contact_planned is not None
+    force, planned = record.contact_force[:, k, 2], record.contact_planned[:, k]
+    assert force[planned].max() > 0.2 * record.weight and not force[~planned].any()
+    assert force.min() >= 0.0 and not record.ground.seats
+
+
+@pytest.mark.solver
+def test_the_check_sees_what_a_knee_does_wrong():
+    record, k = risen(), knee(risen())
+    assert record.contact_force is not None and record.contact_planned is not None
+    planned, force = record.contact_planned.copy(), record.contact_force.copy()
+    planned[:, k] = True
+    assert "hover" in {f.quantity for f in check(replace(record, contact_planned=planned)).findings}
+    force[:, k] *= 1.3
+    faults = {f.quantity for f in check(replace(record, contact_force=force)).findings}
+    assert {"root_force", "momentum"} & faults
+    qpos = record.motion.qpos - [0.0, 0.0, 0.004, *np.zeros(record.motion.qpos.shape[1] - 3)]
+    sunk = replace(record, motion=replace(record.motion, qpos=qpos))
+    names = " ".join(f.sentence() for f in check(sunk).findings)
+    assert "knee l" in names and "inside the ground" in names
