@@ -101,13 +101,13 @@ class LinkTree:
             rotation[i], position[i] = R, p
         return rotation, position
 
-    def points(self, ca: Any, points: Sequence[Point], q: Any, qd: Any = None, qdd: Any = None):
-        """Return positions, velocities and accelerations of points, each (3, n_points)."""
+    def points(self, ca: Any, points: Sequence[Point], q: Any, qd: Any = None):
+        """Return positions and, with ``qd``, velocities of points, each (3, n_points)."""
         links = [self.human.body(p.body) - 1 for p in points]
         turns = self.turns(ca, q)
         rotation, origin = self.frames(ca, q, turns, links)
-        state = None if qd is None else self.outward_pass(ca, turns, qd, qdd)
-        columns: tuple[list[Any], ...] = ([], [], [])
+        state = None if qd is None else self.outward_pass(ca, turns, qd)
+        columns: tuple[list[Any], ...] = ([], [])
         for i, point in zip(links, points, strict=True):
             R = rotation[i]
             down = ca.DM([0.0, 0.0, -point.radius])
@@ -118,9 +118,6 @@ class LinkTree:
             r = local + ca.mtimes(R.T, down)  # to the same point, in the body's axes
             v = state.velocity[i] + ca.cross(state.omega[i], r)
             columns[1].append(ca.mtimes(R, v))
-            if qdd is not None:
-                a = state.acceleration[i] + ca.mtimes(state.U[i], r)
-                columns[2].append(ca.mtimes(R, a))
         return tuple(ca.horzcat(*c) if c else ca.SX(3, 0) for c in columns)
 
     def outward_pass(

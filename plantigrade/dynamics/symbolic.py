@@ -147,10 +147,6 @@ class SymbolicHuman:
         """Return (q, qd) ↦ ``velocity`` (3, n_points) of points, world [m/s]."""
         return self._of_points("velocity", points, "q", "qd")
 
-    def accelerations(self, points: Sequence[Point]) -> "casadi.Function":
-        """Return (q, qd, qdd) ↦ ``acceleration`` (3, n_points) of points, world [m/s²]."""
-        return self._of_points("acceleration", points, "q", "qd", "qdd")
-
     def com(self) -> "casadi.Function":
         """Return q ↦ ``com`` (3,), the whole body's centre of mass, world [m]."""
 
@@ -181,25 +177,6 @@ class SymbolicHuman:
             return {"linear": p, "angular": about_pelvis - ca.cross(arm, p)}
 
         return self._function("momentum", ("q", "qd"), build)
-
-    def energy(self) -> "casadi.Function":
-        """Return (q, qd) ↦ ``kinetic`` and ``potential`` energy [J].
-
-        The potential energy is zero where the centre of mass is at the world's origin.
-        """
-
-        def build(ca: Any, q: Any, qd: Any):
-            turns = self._tree.turns(ca, q)
-            state = self._tree.outward_pass(ca, turns, qd)
-            kinetic = 0
-            for link, omega, v in zip(self._tree.links, state.omega, state.velocity, strict=True):
-                kinetic += 0.5 * link.mass * ca.dot(v, v)
-                kinetic += ca.dot(v, ca.cross(omega, link.first))
-                kinetic += 0.5 * ca.dot(omega, ca.mtimes(inertia(link), omega))
-            com = self._tree.translation(ca, q) + self._tree.arm(ca, turns)
-            return {"kinetic": kinetic, "potential": -self.mass * ca.dot(self.gravity, com)}
-
-        return self._function("energy", ("q", "qd"), build)
 
     def inverse_dynamics(
         self, points: Sequence[Point] = (), *, root: str = "pelvis"
@@ -241,7 +218,7 @@ class SymbolicHuman:
         return self._function("inverse_dynamics", inputs, build, root, *points)
 
     def _of_points(self, name: str, points: Sequence[Point], *inputs: str) -> "casadi.Function":
-        """Return positions, velocities or accelerations, depending on the number of inputs."""
+        """Return positions or velocities, depending on the number of inputs."""
 
         def build(ca: Any, *state: Any):
             return {name: self._tree.points(ca, points, *state)[len(inputs) - 1]}

@@ -113,29 +113,6 @@ class Basis(ABC):
         knots = np.unique(self.knots)
         return knots[(knots >= self.start) & (knots <= self.stop)]
 
-    @property
-    def centres(self) -> Float[Array, " n_coefficients"]:
-        r"""Greville abscissae, :math:`(t_{l+1} + \dots + t_{l+\gamma}) / \gamma` [s].
-
-        Coefficients set to the values of a slow curve at these times approximate it: an initial
-        guess without a fit. Those of a periodic basis may lie before ``start``.
-        """
-        reach = max(self.degree, 1)  # degree 0: the middle of the piece
-        windows = np.lib.stride_tricks.sliding_window_view(self.knots, reach + (self.degree == 0))
-        return windows[min(self.degree, 1) :].mean(axis=1)[: self.n_coefficients]
-
-    def support(self, i: int) -> tuple[float, float]:
-        r"""Return the support of basis function ``i``, :math:`[t_i, t_{i+\gamma+1}]` [s].
-
-        It is cut to the span; that of a periodic basis is not cut, and recurs every period.
-        """
-        if not 0 <= i < self.n_coefficients:
-            raise ParameterError(
-                f"coefficient {i} is not among the {self.n_coefficients} there are"
-            )
-        start, stop = float(self.knots[i]), float(self.knots[i + self.degree + 1])
-        return (start, stop) if self.periodic else (max(start, self.start), min(stop, self.stop))
-
     def band(
         self, times: Float[Array, " n_times"], derivative: int = 0, *, side: Side = "right"
     ) -> BandedMatrix:
