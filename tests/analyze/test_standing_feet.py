@@ -59,7 +59,12 @@ def test_a_belt_that_moves_at_one_speed_does_not_sway(trial):
     assert "sway" in sway_doubt(swaying(moved(trial, belt), 0))
 
 
-def test_people_who_do_not_step_show_nothing(trial):
-    still = replace(trial, motion=replace(trial.motion, events=()))
-    assert len(standing_velocities(still, PARTS_OF_STANCE[0])) == 0
-    assert not sway_doubt(swaying(still, 0))
+def test_people_who_stand_show_it_too(trial):
+    markers = trial.fit.markers
+    rest = replace(markers, positions=np.repeat(markers.positions[:1], len(markers.time), axis=0))
+    motion = replace(trial.motion, events=())
+    still = replace(trial, motion=motion, fit=replace(trial.fit, markers=rest))
+    assert not sway_doubt(still)
+    assert "sway" in sway_doubt(swaying(still, 0))
+    unseen = replace(trial.fit, markers=None)
+    assert not sway_doubt(replace(trial, fit=unseen))
