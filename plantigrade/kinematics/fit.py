@@ -42,6 +42,7 @@ from plantigrade.kinematics.unmeasured_joints import (
 from plantigrade.kinematics.unmeasured_toes import toes_on_ground, unseen_toes_follow
 from plantigrade.kinematics.unseen_feet import with_flat_feet
 from plantigrade.models import Human
+from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, landmark_names, landmarks_of
 from plantigrade.models.person import Person
 from plantigrade.motion import Markers, Recording
@@ -121,20 +122,10 @@ def fit_markers(
     gaps = unseen_notes(places, markers.time[window], samples)
     used = np.where(kept, residual, np.nan)
     figures = _metrics(used, human, kept, np.isfinite(residual))
+    fitted = Markers(tuple(tracked), markers.time[window], samples)
     wrong: list[str] = []
     if trial.video is None:
-        fitted = Markers(tuple(tracked), markers.time[window], samples)
-        wrong += scale_notes(places, samples)
-        wrong += late_notes(places, markers.rate, samples)
-        wrong += spine_notes(fitted, landmark_names(tracked, marker_set), places)
-        known = landmarks_of(tracked, marker_set)
-        wrong += side_notes(fitted, known, human, qpos)
-        wrong += knee_notes(fitted, known, places, human, qpos)
-        wrong += tilt_notes(human, qpos, body.standing)
-        wrong += sideways_notes(fitted, landmark_names(tracked, marker_set), human, qpos)
-        bent = qpos[:, [7 + human.hinge(f"knee_angle_{side}") for side in SIDES]]
-        if np.ptp(bent, axis=0).min() > MIN_KNEE_RANGE:
-            wrong += twin_notes(body.attached, tracked)
+        wrong = _doubts(fitted, places, body, human, qpos, marker_set)
         wrong += error_notes(1e-3 * figures["marker_rms_mean_mm"])
     notes = wrong + tilt + gaps + slips + notes
     notes += lean_notes(rotation_matrix(qpos[:, 3:7]))
@@ -151,7 +142,7 @@ def fit_markers(
         qpos=qpos,
         recording=cut,
         source_kind="markers",
-        markers=Markers(tuple(tracked), markers.time[window], samples),
+        markers=fitted,
         places=places,
         residual=residual,
         kept=kept,
@@ -170,6 +161,30 @@ def fit_markers(
         warnings=tuple(recording.warnings) + tuple(notes),
         doubts=tuple(wrong),
     )
+
+
+def _doubts(
+    fitted: Markers,
+    places: Sequence[Attachment],
+    body: ScaledBody,
+    human: Human,
+    qpos: Float[Array, "n_frames nq"],
+    marker_set: MarkerSet | None,
+) -> list[str]:
+    """Return what in the markers speaks against the fit: scale, lag, spine, sides, knees, tilt."""
+    known, marks = landmarks_of(fitted.names, marker_set), landmark_names(fitted.names, marker_set)
+    bent = qpos[:, [7 + human.hinge(f"knee_angle_{side}") for side in SIDES]]
+    walks = np.ptp(bent, axis=0).min() > MIN_KNEE_RANGE
+    return [
+        *scale_notes(places, fitted.positions),
+        *late_notes(places, fitted.rate, fitted.positions),
+        *spine_notes(fitted, marks, places),
+        *side_notes(fitted, known, human, qpos),
+        *knee_notes(fitted, known, places, human, qpos),
+        *tilt_notes(human, qpos, body.standing),
+        *sideways_notes(fitted, marks, human, qpos),
+        *(twin_notes(body.attached, fitted.names) if walks else ()),
+    ]
 
 
 def _add_marker_notes(

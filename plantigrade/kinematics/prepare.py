@@ -127,15 +127,9 @@ def prepare(
         notes.append(f"{far} samples metres away from the person were discarded.")
     markers = recording.markers
     assert markers is not None
-    if are_keypoints(markers.names) and not recording.plates and ground is None:
-        markers, said = levelled(markers)
-        recording = replace(recording, markers=markers)
-        notes += said
-    video = bones_of_video(markers) if are_keypoints(known) else None
-    if video is not None:
-        markers, said = of_video(markers, human, video.noise, grounded=bool(recording.plates))
-        recording = replace(recording, markers=markers)
-        notes += said
+    markers, video, said = _of_keypoints(markers, recording, known, human, ground)
+    recording = replace(recording, markers=markers)
+    notes += said
     angle = quarter_turn_to_face_x(_facing(human, known, placed, markers, start, stop))
     angle -= 0.0 if ground is None else ground.heading
     return Prepared(
@@ -153,6 +147,27 @@ def prepare(
         exchanged=right.exchanged,
         notes=tuple(notes),
     )
+
+
+def _of_keypoints(
+    markers: Markers,
+    recording: Recording,
+    known: Sequence[str],
+    human: Human,
+    ground: GivenGround | None,
+) -> tuple[Markers, BonesOfVideo | None, list[str]]:
+    """Return keypoints levelled and smoothed, the bones of their video, and what was done.
+
+    Markers that are no keypoints are unchanged.
+    """
+    notes: list[str] = []
+    if are_keypoints(markers.names) and not recording.plates and ground is None:
+        markers, notes = levelled(markers)
+    video = bones_of_video(markers) if are_keypoints(known) else None
+    if video is not None:
+        markers, said = of_video(markers, human, video.noise, grounded=bool(recording.plates))
+        notes = [*notes, *said]
+    return markers, video, notes
 
 
 def _usable(markers: Markers) -> tuple[list[str], dict[str, str]]:

@@ -104,11 +104,7 @@ def strip_svg(
             picture.put_behind(ghost, opacity=0.4)
     centre = com @ along
     _put_boards(pictures, centre, _boards(model, camera))
-    left, right = (np.array([p.left for p in pictures]), np.array([p.right for p in pictures]))
-    left, right = left - centre, right - centre
-    spacing = float((right[:-1] - left[1:]).max() + 0.06) if len(indices) > 1 else 1.0
-    places = np.arange(len(indices)) * spacing
-    low, high = float(left[0] + places[0] - 0.1), float(right[-1] + places[-1] + 0.1)
+    places, spacing, (low, high) = _places(pictures, centre)
     top = max(p.top for p in pictures) + 0.06
     floor, parts = _ground(ground or Ground(), com, along, places, spacing, (low, high))
     bottom = (0.18 if time is not None else 0.06) - floor
@@ -135,6 +131,17 @@ def strip_svg(
         f'viewBox="{low:.3f} {-top:.3f} {high - low:.3f} {top + bottom:.3f}">'
         f"{''.join(parts)}</svg>"
     )
+
+
+def _places(
+    pictures: Sequence["_Picture"], centre: Float[Array, " n"]
+) -> tuple[Float[Array, " n"], float, tuple[float, float]]:
+    """Return the places of the pictures side by side, their spacing, and the strip's ends [m]."""
+    left = np.array([p.left for p in pictures]) - centre
+    right = np.array([p.right for p in pictures]) - centre
+    spacing = float((right[:-1] - left[1:]).max() + 0.06) if len(pictures) > 1 else 1.0
+    places = np.arange(len(pictures)) * spacing
+    return places, spacing, (float(left[0] - 0.1), float(right[-1] + places[-1] + 0.1))
 
 
 def _put_boards(pictures: list["_Picture"], centre: Array, boards: list["_Picture"]) -> None:
