@@ -8,6 +8,7 @@ from scipy.optimize import nnls
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
+from plantigrade.control.gait.phase import FootContactSettings
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
@@ -22,9 +23,9 @@ class PostureSettings:
     """Stiffness and damping of the springs; 1 is four times the joint's strength per radian."""
     transition_duration: float = 0.8
     """Time in which another posture is reached [s]. Chosen (±20 %: not met)."""
-    contact_height: float = 0.005
-    """Height of a sphere above the ground up to which it carries load at rest [m]. Chosen (±20 %:
-    not met)."""
+    contact_height: float = FootContactSettings.max_planned_height
+    """Height of a sphere above the ground up to which it carries load at rest [m]; as in
+    walking."""
     cop_tolerance: float = 0.05
     """Error of the centre of pressure that counts as much as the whole body weight [m]. Chosen (±20
     %: below 2 %)."""

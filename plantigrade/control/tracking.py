@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.control.posture import PostureSettings
 from plantigrade.motion import Motion
 from plantigrade.world import Command, Controller, StablePD, State
 
@@ -13,7 +14,7 @@ from plantigrade.world import Command, Controller, StablePD, State
 class TrackingSettings:
     """Springs that follow a motion."""
 
-    stiffness: float = 1.0
+    stiffness: float = PostureSettings.stiffness
     """Stiffness and damping of the springs; 1 is four times the joint's strength per radian."""
 
 

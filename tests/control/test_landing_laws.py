@@ -134,7 +134,7 @@ def reach(touchdown) -> Reach:
         swing_offset=np.zeros(2),
         settings=SETTINGS.footsteps,
         reach=SETTINGS.plan,
-        max_descent=SETTINGS.tasks.max_descent,
+        max_descent=SETTINGS.tasks.weights.max_descent,
         stance_foot_size=SETTINGS.swing.stance_foot_size,
         foot_velocity=np.zeros(2),
         max_foot_acceleration=SETTINGS.gait.swing.max_acceleration,

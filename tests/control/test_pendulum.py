@@ -33,12 +33,12 @@ SETTINGS = PendulumSettings()
 
 def test_a_summary_counts_footsteps_with_and_without_a_plan():
     footfalls = [Footfall(0.5, "r", 0.01, 0.0), Footfall(1.0, "l", 0.03, 0.2)]
-    found = walk_summary(footfalls, 1.2, 1.3, -0.15, 0.01)
+    found = walk_summary(footfalls, 1.2, 1.3, -0.15)
     assert len(found.sentences) == 2
     assert found.figures["landings"] == 2 and found.figures["landings_shortened"] == 1
     assert found.figures["landing_error_median_m"] == pytest.approx(0.02)
-    assert walk_summary([], 0.0, 0.0, 0.0, 0.01).sentences == ()
-    fell = walk_summary([Footfall(0.3, "l", None, 0.0)], 0.1, 1.2, 0.0, 0.01)
+    assert walk_summary([], 0.0, 0.0, 0.0).sentences == ()
+    fell = walk_summary([Footfall(0.3, "l", None, 0.0)], 0.1, 1.2, 0.0)
     assert len(fell.sentences) == 1 and "landing_error_median_m" not in fell.figures
 
 

@@ -67,7 +67,7 @@ def test_a_neck_that_is_off_costs_more_than_other_joints():
 def test_arms_are_free_to_balance_only_while_balance_is_lost():
     names, none = HUMAN.coordinates, np.zeros(len(HUMAN.coordinates))
     arms = np.array([name.startswith(("arm_", "elbow")) for name in names])
-    full = TASKS.settings.recovery_error * 0.9
+    full = TASKS.settings.weights.recovery_error * 0.9
     walks, hurt, lost = (
         TASKS.posture_cost(none, np.array([error, 0.0]))[6:] for error in (0.0, 0.5 * full, full)
     )

@@ -41,13 +41,11 @@ class FeasibleSettings:
     """Distance of the pressure from the edge of the support [m]; as for balance."""
     min_load: float = 0.3
     """Least load on the feet while they are on the ground [body weights]. Chosen."""
-    min_height: float = 0.1
-    """Least height of the centre of mass in the air [m]. Chosen."""
-    solver: PostureSolverSettings = PostureSolverSettings(pelvis_weight=1.0)
+    min_height: float = StepSettings.min_pendulum_height
+    """Least height of the centre of mass in the air [m]; as of pendulums."""
+    solver: PostureSolverSettings = PostureSolverSettings()
     """Weights of the postures, as in scripts; feet and the centre of mass over the ground count as
     ankles do."""
-    n_iterations: int = 2
-    """Gauss-Newton steps of every posture. Chosen."""
 
 
 def feasible_path(
@@ -111,7 +109,7 @@ def feasible_motion(
         state = state.moved_to(q)
         start, positions = q.copy(), np.array([state.origin(foot) for foot in feet])
         rotations = [state.rotation(foot).copy() for foot in feet]
-        for k in range(s.n_iterations):
+        for k in range(solver.n_iterations):
             state = state.moved_to(q) if k else state
             J, _, _ = state.touched(np.array(feet), positions)
             moved = positions - [state.origin(foot) for foot in feet]

@@ -9,6 +9,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
 from plantigrade.control.balance.recovery import Recovery
 from plantigrade.control.balance.reference import ReferenceState
+from plantigrade.control.gait.phase import GaitSettings
 from plantigrade.kinematics.state import State
 from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks import AlignmentTask
@@ -22,9 +23,8 @@ class FlightSettings:
     early_take_off: float = 0.06
     """Time before the planned take-off from which a body without contact flies [s]. Chosen (±20 %:
     not met)."""
-    max_wait: float = 0.4
-    """Longest time the clock waits for a touchdown after the planned one [s]. Chosen (±20 %: not
-    met)."""
+    max_wait: float = GaitSettings.max_wait
+    """Longest time the clock waits for a touchdown after the planned one [s]; as in walking."""
     foot_weight: float = 100.0
     """Weight of the positions of the feet [per (m/s²)²]. Chosen (±20 %: not met)."""
     max_foot_shift: float = 0.2

@@ -37,6 +37,7 @@ from plantigrade.constants import GRAVITY
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.balance.reference import Reference, ReferenceState, posture_reference
 from plantigrade.control.balance.settings import JointGains
+from plantigrade.control.gait.step import StepSettings
 from plantigrade.kinematics.state import CROSS, PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.wbc.tasks.point import axis_error
@@ -65,9 +66,8 @@ class HybridSettings:
     """Rate at which angular momentum decays [1/s]. Chosen (±20 %: below 2 %)."""
     support_gain: float = 28.0
     """Stiffness of supporting segments, :math:`k_s` of the paper, critically damped [1/s²]."""
-    support_margin: float = 0.01
-    """Distance of the centre of pressure from the edge of the support [m]. Chosen (±20 %: below 2
-    %)."""
+    support_margin: float = StepSettings.support_margin
+    """Distance of the centre of pressure from the edge of the support [m]; as for balance."""
     stopping_deceleration: float = 40.0
     """Deceleration with which joints stop before the end of their range [rad/s²]. Chosen (±20 %:
     below 2 %)."""

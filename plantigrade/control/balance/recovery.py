@@ -7,8 +7,8 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.balance.ground_contact import FootContacts, GroundContact, sphere_heights
-from plantigrade.control.balance.reference import ContactDetectionSettings
 from plantigrade.control.gait.disturbance import DisturbanceEstimator, DisturbanceSettings
+from plantigrade.control.gait.loads import LoadSettings
 from plantigrade.control.gait.pendulum_state import PendulumState
 from plantigrade.control.gait.person import leg_length
 from plantigrade.control.gait.step import StepPlanner, StepSettings
@@ -38,7 +38,7 @@ class RecoverySettings:
     """Motion of the swing foot."""
     disturbance: DisturbanceSettings = DisturbanceSettings()
     """Estimator of the disturbance."""
-    support_height: float = ContactDetectionSettings.max_height
+    support_height: float = LoadSettings.max_height
     """Height up to which a sphere counts as support [m]; as in recordings. A foot that is lifted a
     little by leaning to the other one can still be stood upon."""
     foot_weight: float = 500.0
@@ -68,12 +68,12 @@ class RecoverySettings:
     landing_weight: float = 10.0
     """``landing_weight`` of :class:`BalanceSettings` once there were steps [per (m/s²)²]. The heel
     of a foot that trails in a long stance cannot come down, and must not outweigh balance."""
-    landing_gain: float = 800.0
-    """``landing_gain`` of :class:`BalanceSettings` once there were steps [1/s²]. Chosen (±20 %:
-    deviation 37 %)."""
-    max_vertical_acceleration: float = 3.0
-    """Greatest vertical acceleration of the centre of mass [m/s²]. A body that sinks fast has no
-    load on its feet, and no friction that stops a fall."""
+    landing_gain: float = TaskSettings.hanging_stiffness
+    """``landing_gain`` of :class:`BalanceSettings` once there were steps [1/s²]; as of a standing
+    foot that hangs off the ground, in walking."""
+    max_vertical_acceleration: float = TaskSettings.max_descent
+    """Greatest vertical acceleration of the centre of mass [m/s²]; as in walking. A body that sinks
+    fast has no load on its feet, and no friction that stops a fall."""
     crouch: float = 0.06
     """Lowering of the centre of mass once a step began [leg lengths]. Chosen (±20 %: deviation 16
     %)."""

@@ -11,6 +11,7 @@ from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.balance.postures import PostureSolverSettings, posture_step
+from plantigrade.control.gait.loads import LoadSettings
 from plantigrade.control.gait.support import inside
 from plantigrade.kinematics.state import PointSet, State, sweep
 from plantigrade.models import Human
@@ -162,16 +163,6 @@ class PlatformReference(Reference):
         return self._data.xpos[self._platform].copy(), rotation.copy()
 
 
-@dataclass(frozen=True, kw_only=True)
-class ContactDetectionSettings:
-    """Spheres of a recorded foot that carry load."""
-
-    max_height: float = 0.02
-    """Height above the lowest sphere of all below which a sphere carries load [m]. Chosen."""
-    max_speed: float = 0.25
-    """Speed below which it does [m/s]. Chosen."""
-
-
 class MotionReference(Reference):
     """A motion; before its first frame and after its last one the person stands still.
 
@@ -195,7 +186,7 @@ class MotionReference(Reference):
         contact: Bool[Array, "n n_sites"] | None = None,
         ground: Ground | None = None,
         flights: Sequence[tuple[float, float]] = (),
-        settings: ContactDetectionSettings | None = None,
+        settings: LoadSettings | None = None,
     ):
         self.flights = tuple(flights)
         sites = contact_sites(human)
@@ -209,7 +200,7 @@ class MotionReference(Reference):
         if contact is not None:
             self.contact: Array = contact
         else:
-            ground, s = ground or Ground(), settings or ContactDetectionSettings()
+            ground, s = ground or Ground(), settings or LoadSettings()
             radius = np.array([site.radius for site in sites])
             gap = self.spheres @ ground.normal - ground.under(self.spheres) - radius
             speed = np.linalg.norm(np.gradient(self.spheres, self.time, axis=0), axis=2)

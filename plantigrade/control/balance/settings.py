@@ -9,7 +9,7 @@ from plantigrade.control.balance.flight import FlightSettings
 from plantigrade.control.balance.ground_contact import GroundContactSettings
 from plantigrade.control.balance.recovery import RecoverySettings
 from plantigrade.control.gait.phase import GaitSettings
-from plantigrade.control.gait.tasks import within_foot
+from plantigrade.control.gait.tasks import TaskSettings, within_foot
 from plantigrade.models import Human
 
 
@@ -19,8 +19,8 @@ class JointGains:
 
     body: float = 80.0
     """Pelvis and joints above the feet [1/s²]. Chosen (±20 %: deviation 14 %)."""
-    foot: float = 200.0
-    """Joints within a foot [1/s²]. Chosen (±20 %: deviation 15 %)."""
+    foot: float = TaskSettings.rotation_stiffness
+    """Joints within a foot [1/s²]; as of the rotation of a foot in walking."""
 
     def of(self, human: Human) -> Float[Array, " nv"]:
         """Return the stiffness of every coordinate [1/s²]; none of the position of the pelvis."""

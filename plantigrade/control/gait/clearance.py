@@ -17,6 +17,7 @@ from plantigrade.record import Record
 from plantigrade.world.world_model import world_model
 
 N_FRAMES = 60  # frames in which overlaps are looked for
+N_STEPS = 8  # steps by which arms are held out
 ARM = ("humerus", "ulna", "radius", "hand", "fingers", "clavicle", "scapula")
 LEG = ("femur", "tibia", "talus", "foot", "toes", "heel", "medial", "lateral", "patella")
 
@@ -25,9 +26,7 @@ LEG = ("femur", "tibia", "talus", "foot", "toes", "heel", "medial", "lateral", "
 class ClearanceSettings:
     """How far arms are held out."""
 
-    abduction_step: float = float(np.deg2rad(2.0))
-    """Steps by which the abduction is increased [rad]. Chosen (±20 %: not met)."""
-    max_abduction: float = 8 * float(np.deg2rad(2.0))
+    max_abduction: float = float(np.deg2rad(16.0))
     """Greatest abduction [rad]. Chosen (±20 %: not met)."""
     min_overlap: float = 0.002
     """Depth of an overlap from which it counts [m]. Chosen (±20 %: not met)."""
@@ -55,17 +54,17 @@ def clearance_of(record: Record, settings: ClearanceSettings | None = None) -> C
     legs = 0.0
     names = [f"arm_add_{side}" for side in SIDES]
     held = [names.index(n) for n in names if n in human.coordinates]
-    n_steps = round(settings.max_abduction / settings.abduction_step)
-    for turn in range(n_steps + 1):
+    step = settings.max_abduction / N_STEPS
+    for turn in range(N_STEPS + 1):
         deep, crossed = _overlaps(model, data, kind, frames)
         if turn == 0:
             first, legs = deep, crossed
         bad = [i for i in held if deep[i] > settings.min_overlap]
-        if not bad or turn == n_steps:
+        if not bad or turn == N_STEPS:
             break
         for i in bad:
-            out[i] += settings.abduction_step
-            frames[:, 7 + human.hinge(names[i])] -= settings.abduction_step
+            out[i] += step
+            frames[:, 7 + human.hinge(names[i])] -= step
     return Clearance((out[0], out[1]), legs, max(first))
 
 

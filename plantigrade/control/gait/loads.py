@@ -32,7 +32,7 @@ class LoadSettings:
     min_unknown_load: float = 0.2
     """Least load shared by touching feet of which nothing is known [body weights]. Chosen (±20 %:
     not met)."""
-    min_foot_load: float = 0.03
+    min_foot_load: float = 0.035
     """Load below which a foot is in the air [body weights]. Chosen (±20 %: not met)."""
     max_foot_height: float = 0.05
     """Height of a foot above which it carries nothing, whatever was estimated [m]. Chosen (±20 %:

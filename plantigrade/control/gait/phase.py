@@ -12,6 +12,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.control.gait.loads import LoadSettings
 from plantigrade.control.gait.reference import Reference
 from plantigrade.control.gait.swing import SwingOffset, SwingOffsetSettings
 
@@ -20,9 +21,9 @@ from plantigrade.control.gait.swing import SwingOffset, SwingOffsetSettings
 class FootContactSettings:
     """When a foot touches, and which of its points do."""
 
-    touchdown_load: float = 0.035
+    touchdown_load: float = LoadSettings.min_foot_load
     """Load from which a swing foot has touched down, and from which the position of a stance foot
-    counts [body weights]. Chosen (±20 %: not met)."""
+    counts [body weights]; below it, recorded feet are in the air, too."""
     max_height: float = 0.002
     """Height of a point of a stance foot above the ground up to which it touches [m]. Chosen (±20
     %: 0.6 s)."""

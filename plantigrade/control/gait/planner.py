@@ -17,12 +17,13 @@ the offset of the next, and so on, so that the person comes back onto the planne
 
 from dataclasses import dataclass
 from functools import cached_property
-from math import hypot
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.divergent import effective_pivot
+
+LIMIT_COST = 1e4  # [1/m²] of leaving limits, or what a swing foot lacks: far above all others
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,9 +55,6 @@ class FootstepSettings:
     crossover_width: float = -0.04
     """Least step width of a crossover step, negative beyond the other foot [leg lengths]. Chosen
     (±20 %: not met)."""
-    limit_cost: float = 1e4
-    """Cost of leaving the limits, and of what a swing foot falls short of the footstep [1/m²].
-    Chosen (±20 %: not met)."""
     next_step_cost: float = 0.3
     """Cost of what the step after the next has to make up, by that of the next: with 1, a turn to
     and fro began with a step of 49 cm to the side, with 0.3 of 36 cm."""
@@ -64,21 +62,10 @@ class FootstepSettings:
     """Least time from one touchdown to the next [s]. Chosen (±20 %: below 2 %)."""
     double_support_speedup: float = 0.75
     """Greatest increase of the phase rate in double support. Chosen (±20 %: below 2 %)."""
-    min_speedup_error: float = 0.04
-    """Error of the divergent component from which double support is sped up [m]. Chosen (±20 %:
-    below 2 %)."""
-    max_speedup_error: float = 0.16
-    """Error of the divergent component with the full speed-up [m]. Chosen (±20 %: below 2 %)."""
 
-    def double_support_rate(self, dcm_error: Float[Array, " 2"]) -> float:
-        """Return the phase rate in double support.
-
-        Args:
-            dcm_error: Error of the divergent component [m].
-        """
-        low, high = self.min_speedup_error, self.max_speedup_error
-        part = min(max(hypot(*dcm_error) - low, 0.0) / (high - low), 1.0)
-        return 1.0 + self.double_support_speedup * part
+    def double_support_rate(self, recovery_share: float) -> float:
+        """Return the phase rate in double support, by how much the step is a recovery."""
+        return 1.0 + self.double_support_speedup * recovery_share
 
     def decayed(self, weights: Float[Array, " k"]) -> float:
         """Return the weight of successive stances whose offsets decay from one to the next."""
@@ -221,7 +208,7 @@ class FootstepLimits:
         # Half a step longer than the motion's is all there is ahead.
         over = over**2 + np.maximum(np.abs(missed[:, 0]) - 0.5 * self.max_length, 0.0) ** 2
         missed /= self.scale
-        return settings.next_step_cost * (missed * missed).sum(axis=1) + settings.limit_cost * over
+        return settings.next_step_cost * (missed * missed).sum(axis=1) + LIMIT_COST * over
 
     def swing_cost(
         self, offset: Float[Array, "m 2"], left: Float[Array, " m"]
@@ -234,7 +221,7 @@ class FootstepLimits:
         """
         away = offset - self.swing_offset
         far = np.sqrt((away * away).sum(axis=1))
-        return self.settings.limit_cost * np.maximum(far - self.max_foot_speed * left, 0.0) ** 2
+        return LIMIT_COST * np.maximum(far - self.max_foot_speed * left, 0.0) ** 2
 
 
 def _clipped(x: Array, low: Array | float, high: float) -> Array:

@@ -30,6 +30,7 @@ from plantigrade.control.gait.schedule import (
     contact_intervals,
     schedule_of,
 )
+from plantigrade.control.gait.step import StepSettings
 from plantigrade.errors import ParameterError
 from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
@@ -44,9 +45,8 @@ class ReferenceSettings:
     load: LoadSettings = LoadSettings()
     schedule: StanceSettings = StanceSettings()
     edges: EdgeSettings = EdgeSettings()
-    rest_speed: float = 0.2
-    """Velocity below which a motion rests at its beginning or end [m/s, rad/s]. Chosen (±20 %: not
-    met)."""
+    rest_speed: float = StepSettings.rest_speed
+    """Velocity below which a motion rests at its beginning or end [m/s, rad/s]; as after steps."""
     min_cop_load: float = 0.1
     """Load from which the centre of pressure is that of the spheres [body weights]. Chosen (±20 %:
     not met)."""
@@ -150,9 +150,7 @@ def reference_of(
     omega = float(np.sqrt(GRAVITY / np.mean(height)))
     contact = carrying(load, weight, STEP, periodic=periodic, settings=settings.schedule)
     stances = contact_intervals(sites, contact, STEP, period, shortest)
-    schedule = schedule_of(
-        stances, sites, load, omega, STEP, period, settings.schedule.offset_horizon
-    )
+    schedule = schedule_of(stances, sites, load, omega, STEP, period)
     layout = layout_of(qpos.shape[1], qvel.shape[1], len(sites))
     table = np.empty((n + ends, width_of(layout)))
     rows = rows_of(table[:n], layout)
@@ -220,7 +218,9 @@ def before(on: Bool[Array, "n k"], rows: int, *, periodic: bool) -> Bool[Array, 
     return np.any([ahead[i : i + len(on)] for i in range(len(ahead) - len(on) + 1)], axis=0)
 
 
-def period_of(record: Record, rest_speed: float = 0.2) -> tuple[float | None, Float[Array, " 3"]]:
+def period_of(
+    record: Record, rest_speed: float = StepSettings.rest_speed
+) -> tuple[float | None, Float[Array, " 3"]]:
     """Return the period of a motion that ends as it began, and how far it goes in it [s, m].
 
     A periodic motion begins and ends with the same posture and the same velocities, and moves; the

@@ -9,6 +9,8 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.control.gait.divergent import offset_weights
 
+N_TIME_CONSTANTS = 13.0  # of the pendulum, after which offsets of feet weigh a millionth
+
 
 @dataclass(frozen=True, kw_only=True)
 class StanceSettings:
@@ -20,9 +22,6 @@ class StanceSettings:
     """Time before its load at which a sphere is in contact [s]. Chosen (±20 %: 0.8 s)."""
     min_duration: float = 0.06
     """Least duration of a stance and of a swing [s]. Chosen (±20 %: not met)."""
-    offset_horizon: float = 4.0
-    """Time after the end, or the second period, that counts for offsets of the feet [s]. Chosen
-    (±20 %: deviation 8 %)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +187,6 @@ def schedule_of(
     omega: float,
     step: float,
     period: float | None,
-    horizon: float,
 ) -> StanceSchedule:
     """Return the schedule: of a periodic motion over several periods, of which one is used.
 
@@ -198,9 +196,8 @@ def schedule_of(
         omega: Rate of the pendulum [1/s].
         step: Time step of the grid [s].
         period: Period of the motion [s], or None.
-        horizon: Time after the end, or the second period, that counts for offsets [s].
     """
-    n = len(load)
+    n, horizon = len(load), N_TIME_CONSTANTS / omega
     whole = n - 1 if period is not None else n
     if period is not None:
         tiles = 2 + int(np.ceil(horizon / period))

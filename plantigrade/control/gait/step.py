@@ -77,7 +77,7 @@ class StepSettings:
     capture_error_cost: float = 0.5
     """Cost of the capture error after this step, that after the last one costing 1. Chosen (±20 %:
     not met)."""
-    rest_speed: float = 0.15
+    rest_speed: float = 0.2
     """Speed of the centre of mass below which the body may be at rest after its steps [m/s].
     Chosen (±20 %: below 2 %)."""
     duration_cost: float = 0.3

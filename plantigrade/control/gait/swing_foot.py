@@ -20,8 +20,8 @@ class SwingSettings:
     fixed_phase: float = 0.25
     """Last part of a swing, in which the footstep is no longer replanned. A foot that accelerates
     again there rises, too, and comes down late."""
-    min_touchdown_phase: float = 0.8
-    """Part of a swing after which ground contact ends it. Chosen (±20 %: deviation 8 %)."""
+    min_touchdown_phase: float = GaitSettings.min_touchdown_phase
+    """Part of a swing after which ground contact ends it; as in walking."""
     late_descent_speed: float = GaitSettings.late_descent_speed
     """Speed at which a foot descends that has not met the ground in time [m/s]; as in walking."""
     arrival_lead: float = SwingOffsetSettings.arrival_lead

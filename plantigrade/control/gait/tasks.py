@@ -33,17 +33,18 @@ class TaskSettings:
     """Joints within the foot [per rad/s²]. Chosen: they take the shape of the ground."""
     pelvis_weight: float = 3.0
     """Rotation of the pelvis [per rad/s²]. Chosen (±20 %: below 2 %)."""
-    com_weight: tuple[float, float, float] = (12.0, 12.0, 5.0)
-    """Centre of mass along world axes [per m/s²]. Chosen: balance before height."""
+    com_weight: tuple[float, float, float] = (12.0, 12.0, 30.0)
+    """Centre of mass along world axes [per m/s²]: legs give way to its height, which is lowered for
+    far footsteps."""
     foot_weight: float = 10.0
     """Position of a swinging foot [per m/s²]. Chosen (±20 %: deviation 2 %)."""
     swing_rotation_weight: float = 2.0
     """Rotation of a swinging foot, and of a standing one that hangs off the ground in part [per
     rad/s²]. Chosen (±20 %: below 2 %)."""
-    stance_rotation_weight: float = 0.5
+    stance_rotation_weight: float = 2.0
     """Rotation of a standing foot about horizontal axes [per rad/s²]. Chosen: contacts lead it."""
-    contact_weight: float = 30.0
-    """Points held on the ground [per m/s²]. Chosen: above all others."""
+    contact_weight: float = 10.0
+    """Points held on the ground [per m/s²]. Chosen."""
     max_foot_error: float = 0.15
     """Error of a foot's position beyond which the pull grows no further [m]. Chosen (±20 %: not
     met)."""
@@ -55,6 +56,20 @@ class TaskSettings:
     Chosen."""
     unplanned_force_weight: float = 0.35
     """The same where the motion has none. Chosen."""
+    recovery_error: float = 0.1
+    """Error of the divergent component from which a step is a recovery [leg lengths]: its foot
+    leaves the recorded path, and a late one comes down where it is; or from which a motion waits
+    for steps that it does not have. Trunk, arms and head balance in full from there, by the square
+    of the error below: people use them when a step alone cannot help."""
+    dcm_gain: float = 5.0
+    """Feedback of the divergent component by the centre of pressure [1/s]."""
+    com_height_stiffness: float = 400.0
+    """Stiffness of the height of the centre of mass, critically damped [1/s²]."""
+    max_descent: float = 3.0
+    """Greatest downward acceleration of the mass [m/s²]: a body that falls can neither
+    press nor step."""
+    max_ascent: float = 4.0
+    """Greatest upward acceleration of the mass [m/s²]: more would throw it into the air."""
     joint_stiffness: float = 100.0
     """Stiffness of joints and of the pelvis' rotation, critically damped [1/s²]. Chosen."""
     foot_stiffness: float = 400.0
@@ -71,6 +86,15 @@ class TaskSettings:
         """Return the cost of every coordinate's acceleration; none for the position of the root."""
         root = [0.0, 0.0, 0.0, *[self.pelvis_weight] * 3]
         return np.concatenate([root, joint_weights(human, self)]) ** 2
+
+    def recovery_share(self, dcm_error: Float[Array, " 2"], leg_length: float) -> float:
+        """Return how much a step is a recovery, from 0 to 1.
+
+        Args:
+            dcm_error: Error of the divergent component [m].
+            leg_length: Length of the leg [m].
+        """
+        return min(hypot(*dcm_error) / (self.recovery_error * leg_length), 1.0) ** 2
 
     @property
     def joint_damping(self) -> float:

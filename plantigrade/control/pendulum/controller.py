@@ -100,7 +100,7 @@ class Pendulum(Controller):
 
     def summary(self) -> Summary:
         """Return speed and footsteps of the last simulation."""
-        return walk_summary(self.footfalls, *self._speeds(), self.settings.reported_shortening)
+        return walk_summary(self.footfalls, *self._speeds())
 
     @property
     def shared(self) -> tuple[object, ...]:
@@ -228,7 +228,7 @@ class Pendulum(Controller):
                 None if ground.is_plane else foothold,
             )
         if self.footstep is None:
-            rate = self.settings.footsteps.double_support_rate(self.plan.dcm_error)
+            rate = self.settings.footsteps.double_support_rate(self.plan.recovery_share)
         else:
             rate = self.footstep.rate
         own = step * reference.cadence  # seconds of the recording

@@ -109,7 +109,7 @@ class Feet:
         else:
             velocity[:2], acceleration[:2] = foot.swing.own
         velocity[:2] += plan.turn_rate * np.array([-left, ahead])
-        recovers = hypot(*plan.dcm_error) > plan.settings.tasks.recovery_error * self.leg
+        recovers = plan.recovery_share >= 1.0
         if recovers and foot.descent and goal is not None:
             if hypot(*(goal - positions[i, :2])) < own.footstep_radius * self.leg:
                 position[:2], velocity[:2], acceleration[:2] = positions[i, :2], 0.0, 0.0

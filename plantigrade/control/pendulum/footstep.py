@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.control.gait.planner import FootstepLimits, least_cost
+from plantigrade.control.gait.planner import LIMIT_COST, FootstepLimits, least_cost
 from plantigrade.control.gait.support import drawn_to
 from plantigrade.control.pendulum.landing_laws import (
     LandingLaw,
@@ -142,7 +142,7 @@ class Reach(FootstepLimits):
         away = offset - self.swing_offset - 2.0 / 3.0 * left[:, None] * self.foot_velocity
         far = np.sqrt((away * away).sum(axis=1)) + self._detour(offset)
         reached = self.max_foot_acceleration * left**2 / 6.0
-        return self.settings.limit_cost * np.maximum(far - reached, 0.0) ** 2
+        return LIMIT_COST * np.maximum(far - reached, 0.0) ** 2
 
 
 def next_footstep(

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import atan, copysign, cos, exp, hypot, sin, sqrt
+from math import atan, copysign, cos, exp, sin, sqrt
 
 import numpy as np
 
@@ -157,7 +157,7 @@ class StepPlan:
             swing_offset=here[i] - touchdown.footstep,
             settings=settings.footsteps,
             reach=settings.plan,
-            max_descent=settings.tasks.max_descent,
+            max_descent=settings.tasks.weights.max_descent,
             stance_foot_size=settings.swing.stance_foot_size,
             foot_velocity=axes @ foot_velocity,
             max_foot_acceleration=gait.settings.swing.max_acceleration,
@@ -245,7 +245,7 @@ class StepPlan:
         by = None
         if inward > self.settings.swing.max_inward_departure * self.person.leg_length:
             by = self.detour(foot.side_sign, *step, width)
-        small = self.settings.tasks.recovery_error * self.person.leg_length
+        small = self.settings.tasks.weights.recovery_error * self.person.leg_length
         if by is None and foot.swing.own is None and abs(float(self.dcm_error[1])) < small:
             foot.swing.lead(footstep - then.foot_position[i, :2], time, self.step)
             return
@@ -306,8 +306,8 @@ class StepPlan:
     @property
     def recovery_share(self) -> float:
         """How much a step is a recovery, by the error of the divergent component."""
-        far = self.settings.tasks.recovery_error * self.person.leg_length
-        return min(hypot(*self.dcm_error) / far, 1.0) ** 2
+        own = self.settings.tasks.weights
+        return own.recovery_share(self.dcm_error, self.person.leg_length)
 
     def _path_offset(self) -> Array:
         """Return the offset from the reference that feet return to [m].

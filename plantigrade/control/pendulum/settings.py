@@ -37,9 +37,6 @@ class PendulumSettings:
     max_height_difference: float = 0.06
     """Greatest difference in height of the stance feet of a walk on level ground [m]. Chosen (±20
     %: not met)."""
-    reported_shortening: float = 0.01
-    """Shortening from which a footstep counts as shortened in the summary [m]. Chosen (±20 %: not
-    met)."""
     reference: ReferenceSettings = ReferenceSettings(load=LoadSettings(max_spread=0.006))
     """How the recorded walk is made a reference. Heels that were held down until they were 20 mm up
     rose late, and the stance leg was straight before (knee moment r .64, now .79); 10 mm is worse,

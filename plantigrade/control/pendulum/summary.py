@@ -8,6 +8,8 @@ import numpy as np
 from plantigrade.control.pendulum.path import Path, Waypoints
 from plantigrade.world import Summary
 
+MIN_SHORTENING = 0.01  # [m] shortening of a footstep from which it is told: sentences are in cm
+
 
 @dataclass(frozen=True)
 class Footfall:
@@ -35,7 +37,6 @@ def walk_summary(
     speed: float,
     recorded: float,
     lateral_offset: float,
-    min_shortening: float,
 ) -> Summary:
     """Return the summary of a walk.
 
@@ -43,12 +44,11 @@ def walk_summary(
         speed: Mean speed [m/s].
         recorded: That of the recording [m/s].
         lateral_offset: From the line of the walk at the end, to the left [m].
-        min_shortening: From which a step counts as shortened [m].
     """
     n, side = len(footfalls), "left" if lateral_offset > 0 else "right"
     errors = [each.error for each in footfalls if each.error is not None]
     median = float(np.median(errors)) if errors else None
-    shortened = sum(each.shortening > min_shortening for each in footfalls)
+    shortened = sum(each.shortening > MIN_SHORTENING for each in footfalls)
     figures = {
         "speed_m_s": speed,
         "recorded_speed_m_s": recorded,

@@ -10,7 +10,7 @@ tasks at once.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from math import hypot, sqrt
+from math import sqrt
 
 import numpy as np
 
@@ -59,20 +59,10 @@ class WalkingTaskSettings:
     spring.
     """
 
-    weights: TaskSettings = TaskSettings(
-        com_weight=(12.0, 12.0, 30.0), stance_rotation_weight=2.0, contact_weight=10.0
-    )
-    """Weights and stiffnesses; legs give way to the height of the mass, which is lowered for far
-    footsteps."""
+    weights: TaskSettings = TaskSettings()
+    """Weights and stiffnesses."""
     joints: JointVelocitySettings = JointVelocitySettings()
     """Desired velocities of joints."""
-    com_height_stiffness: float = 400.0
-    """Stiffness of the height of the centre of mass [1/s²]."""
-    max_descent: float = 3.0
-    """Greatest downward acceleration of the mass [m/s²]: a body that falls can neither
-    press nor step."""
-    max_ascent: float = 4.0
-    """Greatest upward acceleration of the mass [m/s²]: more would throw it into the air."""
     max_reaching_descent: float = 7.0
     """Greatest downward acceleration where a footstep needs a low body [m/s²]: the foot hung over
     it, and the body fell over the foot."""
@@ -85,16 +75,9 @@ class WalkingTaskSettings:
     neck_error_scale: float = 0.3
     """Error of a joint of the neck that doubles its weight [rad]: the head is the cheapest
     flywheel, but people hold it still in space [Pozzo1990]_."""
-    dcm_gain: float = 5.0
-    """Feedback of the divergent component by the centre of pressure [1/s]."""
     max_cop_distance: float = 0.35
     """Greatest distance of the desired centre of pressure outside of the contacts [leg lengths]:
     the part that feet cannot give, trunk and arms give by angular momentum [Hof2007]_."""
-    recovery_error: float = 0.1
-    """Error of the divergent component from which a step is a recovery [leg lengths]: its foot
-    leaves the recorded path, and a late one comes down where it is. Trunk, arms and head balance
-    in full from there, by the square of the error below: people use them when a step alone cannot
-    help."""
     steady_arm_weight: float = 0.6
     """Weight of joints of arms and neck without such an error [per rad/s²]: lighter ones were
     raised to hold the centre of mass up; with 1, a walk down a slope of 15° ended in a fall."""
@@ -170,7 +153,7 @@ class WalkingTasks:
 
     def flywheel_share(self, dcm_error: Float[Array, " 2"]) -> float:
         """Return how much trunk, arms and head balance, by the error of the divergent component."""
-        return min(hypot(*dcm_error) / (self.settings.recovery_error * self.leg), 1.0) ** 2
+        return self.settings.weights.recovery_share(dcm_error, self.leg)
 
     def posture_cost(
         self, error: Float[Array, " n_hinges"], dcm_error: Float[Array, " 2"]
@@ -243,7 +226,7 @@ class WalkingTasks:
             time: To the next touchdown [s]; None where no foot swings.
         """
         own = self.settings
-        moved = cop_offset + (1.0 + own.dcm_gain / omega) * dcm_error
+        moved = cop_offset + (1.0 + own.weights.dcm_gain / omega) * dcm_error
         if len(contacts):
             far = self.flywheel_share(dcm_error) * own.max_cop_distance * self.leg
             cop = ref.cop[:2]
@@ -256,20 +239,20 @@ class WalkingTasks:
         desired[:2] += omega**2 * ((com - ref.com)[:2] - moved)
         rate = min(rate, 1.0)
         error = ref.com[2] + ground - lowering - com[2]
-        gain, reached = critically_damped(own.com_height_stiffness)
+        gain, reached = critically_damped(own.weights.com_height_stiffness)
         vertical = rate * ref.com_velocity[2] + slope @ velocity[:2] + gain * error
         recorded = rate**2 * ref.com_acceleration[2]
-        lowest = -own.max_descent
+        lowest = -own.weights.max_descent
         if time is not None and lowering > 0.0:
             needed = 2.0 * (max(error, -lowering) - velocity[2] * time) / time**2
             lowest = min(max(needed, -own.max_reaching_descent), lowest)
         back = (vertical - velocity[2]) / reached
-        back = min(max(back, lowest), own.max_ascent)
+        back = min(max(back, lowest), own.weights.max_ascent)
         if time is not None and lowering > 0.0:
             excess = -velocity[2] - own.max_landing_speed
             brake = min(excess / max(time, own.min_braking_time), GRAVITY)
             back = max(back, brake) if excess > 0.0 else back
-        least, most = min(recorded, lowest), max(recorded, own.max_ascent, back)
+        least, most = min(recorded, lowest), max(recorded, own.weights.max_ascent, back)
         desired[2] = min(max(recorded + back, least), most)
         return desired
 
@@ -284,7 +267,7 @@ class WalkingTasks:
         """
         own, share = self.settings, self.flywheel_share(dcm_error)
         matrix = self.momentum.jacobian(body, 0.0)[:2]
-        gain, _ = critically_damped(own.com_height_stiffness)  # as of the height of the mass
+        gain, _ = critically_damped(own.weights.com_height_stiffness)  # as of that height
         desired = rate**2 * ref.a + gain * (rate * ref.v - body.qvel)
         weight = ((1.0 - share) * own.momentum_weight) ** 2
         return Rows(matrix, matrix @ desired, weight, "angular momentum")

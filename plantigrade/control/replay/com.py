@@ -1,35 +1,16 @@
 """Desired acceleration of the centre of mass of a replay."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.instant import Instant
+from plantigrade.control.gait.tasks import TaskSettings
 from plantigrade.control.replay.footsteps import FootstepPlanner
 from plantigrade.kinematics.state import State as BodyState
 
 
-@dataclass(frozen=True, kw_only=True)
-class ComSettings:
-    """Desired acceleration of the centre of mass."""
-
-    dcm_gain: float = 3.0
-    """Gain from the error of the divergent component to the centre of pressure [1/s]. Chosen."""
-    cop_margin: float = 0.01
-    """Least distance of the centre of pressure from the edge of the contacts [m]. Chosen."""
-    height_stiffness: float = 80.0
-    """Stiffness of the height, critically damped [1/s²]. Chosen."""
-    min_height_correction: float = -3.0
-    """Least vertical acceleration that returns to the height of the motion [m/s²]. Chosen."""
-    max_height_correction: float = 8.0
-    """Greatest one [m/s²]. Chosen: a person who falls cannot press."""
-    max_vertical_rate: float = 1.2
-    """Greatest rate by which vertical accelerations of the motion are scaled. Chosen."""
-
-
 def com_acceleration(
-    settings: ComSettings,
+    settings: TaskSettings,
     body: BodyState,
     ref: Instant,
     rate: float,
@@ -37,6 +18,7 @@ def com_acceleration(
     contacts: Float[Array, "k 2"],
     normal: Float[Array, " 3"],
     lowering: float,
+    cop_margin: float,
 ) -> Float[Array, " 3"]:
     """Return the desired acceleration [m/s²].
 
@@ -46,22 +28,23 @@ def com_acceleration(
     Args:
         contacts: Points in contact, over the ground [m].
         lowering: Lowering of the body [m].
+        cop_margin: Least distance of the centre of pressure from the edge of the contacts [m].
     """
     omega, offset = footsteps.reference.omega, footsteps.stance_offset
     cop_offset = offset[:2] + (1.0 + settings.dcm_gain / omega) * footsteps.dcm_error
     if len(contacts):
         nominal = ref.cop[:2] + offset[:2]
-        low = np.minimum(contacts.min(axis=0) + settings.cop_margin, nominal)
-        high = np.maximum(contacts.max(axis=0) - settings.cop_margin, nominal)
+        low = np.minimum(contacts.min(axis=0) + cop_margin, nominal)
+        high = np.maximum(contacts.max(axis=0) - cop_margin, nominal)
         cop_offset = np.minimum(np.maximum(ref.cop[:2] + cop_offset, low), high) - ref.cop[:2]
     c, v = body.com, body.com_velocity
     desired = np.array(ref.com_acceleration)
     desired[:2] += omega**2 * ((c - ref.com)[:2] - cop_offset)
-    rate = min(rate, settings.max_vertical_rate)
+    rate = min(rate, 1.0)
     dz = ref.com[2] + offset[2] + rise(normal, offset) - lowering - c[2]
-    back = settings.height_stiffness * dz
-    back = back + 2.0 * settings.height_stiffness**0.5 * (rate * ref.com_velocity[2] - v[2])
-    back = min(max(back, settings.min_height_correction), settings.max_height_correction)
+    stiffness = settings.com_height_stiffness
+    back = stiffness * dz + 2.0 * stiffness**0.5 * (rate * ref.com_velocity[2] - v[2])
+    back = min(max(back, -settings.max_descent), settings.max_ascent)
     desired[2] = rate**2 * ref.com_acceleration[2] + back
     return desired
 

@@ -1,7 +1,7 @@
 """The controller that carries out a motion: reference, planner, whole-body program, world."""
 
 from dataclasses import dataclass
-from math import hypot, sqrt
+from math import sqrt
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from plantigrade.control.gait.tasks import (
     heading,
     leg_joints,
 )
-from plantigrade.control.replay.com import ComSettings, com_acceleration, rise
+from plantigrade.control.replay.com import com_acceleration, rise
 from plantigrade.control.replay.footsteps import FootstepPlanner, PathReturnSettings
 from plantigrade.control.replay.recovery import RecoverySteps, WaitingSettings
 from plantigrade.control.replay.summary import (
@@ -46,14 +46,15 @@ class ReplaySettings:
     gait: GaitSettings = GaitSettings()
     footsteps: FootstepSettings = FootstepSettings()
     path: PathReturnSettings = PathReturnSettings()
-    com: ComSettings = ComSettings()
     recovery: WaitingSettings = WaitingSettings()
-    tasks: TaskSettings = TaskSettings()
-    reported_deviation: float = 0.04
-    """Least deviation from the step before of a step in the summary [m]. Chosen (±20 %: not
-    met)."""
-    max_reported_steps: int = 4
-    """Greatest number of steps in the summary. Chosen (±20 %: not met)."""
+    tasks: TaskSettings = TaskSettings(
+        com_weight=(12.0, 12.0, 5.0),
+        stance_rotation_weight=0.5,
+        contact_weight=30.0,
+        dcm_gain=3.0,
+        com_height_stiffness=80.0,
+        max_ascent=8.0,
+    )
 
 
 class Replay(Controller):
@@ -126,12 +127,14 @@ class Replay(Controller):
                 heights=[height[each] for each in own],
                 heading=axes[:, 0],
                 load=load,
-                dcm_error=hypot(*footsteps.dcm_error),
+                recovers=self._recovery_share >= 1.0,
             )
         if self.recovery.waiting:
             gait.rate, ref = 0.0, ref.still()
         else:
-            rate = footsteps.double_support_rate() if plan is None else plan.rate
+            rate = (
+                footsteps.double_support_rate(self._recovery_share) if plan is None else plan.rate
+            )
             gait.advance(state.time, step, rate)
             ref = reference.at(gait.phase)
         return self._command(state, body, ref, low, height, feet, step)
@@ -139,9 +142,7 @@ class Replay(Controller):
     def summary(self) -> Summary:
         """Return the steps of the last simulation, and how arms and legs were kept apart."""
         touchdowns = self.gait.touchdowns
-        sentences = describe_steps(
-            touchdowns, self.settings.reported_deviation, self.settings.max_reported_steps
-        )
+        sentences = describe_steps(touchdowns)
         sentences.append(describe_touchdowns(touchdowns))
         sentences.append(describe_end(self.reference, self.gait.phase))
         apart = np.rad2deg(self.clearance.abduction)
@@ -159,6 +160,11 @@ class Replay(Controller):
         figures = touchdown_figures(touchdowns)
         off_path = {"off_path_end_m": float(np.linalg.norm(self.off))}
         return Summary(tuple(each for each in sentences if each), {**figures, **off_path})
+
+    @property
+    def _recovery_share(self) -> float:
+        """How much a step is a recovery now."""
+        return self.settings.tasks.recovery_share(self.footsteps.dcm_error, self.leg)
 
     @property
     def shared(self) -> tuple[object, ...]:
@@ -210,7 +216,7 @@ class Replay(Controller):
         tasks = self.tasks
         desired = desired_accelerations(ref, rate, body, tasks.settings, free)
         acceleration = com_acceleration(
-            self.settings.com,
+            tasks.settings,
             body,
             ref,
             rate,
@@ -218,6 +224,7 @@ class Replay(Controller):
             low[active, :2],
             normal,
             self.recovery.lowering,
+            self.settings.recovery.step.support_margin,
         )
         rows: list[Rows | PointRows] = [tasks.com.rows(body, acceleration=acceleration)]
         hanging = self.side_of[on & (gap > self.settings.gait.contact.max_planned_height)]

@@ -102,11 +102,11 @@ class FootstepPlanner:
         if far > limit:
             self.path_offset = self.path_offset + away * (1.0 - limit / far)
 
-    def double_support_rate(self) -> float:
+    def double_support_rate(self, recovery_share: float) -> float:
         """Return the rate of the phase in double support; 1 where no step follows."""
         if self.reference.schedule.after("r", self.gait.phase) is None:
             return 1.0
-        return self.settings.double_support_rate(self.dcm_error)
+        return self.settings.double_support_rate(recovery_share)
 
     def plan(
         self, body: BodyState, ref: Instant, feet: Float[Array, "2 3"], dt: float

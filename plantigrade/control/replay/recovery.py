@@ -30,8 +30,6 @@ class WaitingSettings:
     swing: SwingSettings = SwingSettings()
     min_stance_time: float = 0.4
     """Time until the motion's next lift-off from which it has no step of its own [s]. Chosen."""
-    min_dcm_error: float = 0.08
-    """Error of the divergent component from which a step is taken [m]. Chosen."""
     rest_time: float = 0.2
     """Time for which they do before the motion goes on [s]. Chosen."""
     lowering_decay_time: float = 0.3
@@ -77,7 +75,7 @@ class RecoverySteps:
         heights: Sequence[Float[Array, " _"]],
         heading: Float[Array, " 2"],
         load: Float[Array, " 2"],
-        dcm_error: float,
+        recovers: bool,
     ) -> None:
         """Begin, continue or end a step, and let the motion wait or go on.
 
@@ -88,12 +86,12 @@ class RecoverySteps:
             heights: Their heights above the ground [m].
             heading: Horizontal direction in which the person faces.
             load: Load of each foot along the normal [N].
-            dcm_error: Error of the divergent component [m].
+            recovers: Whether the error of the divergent component asks for a step.
         """
         own, steps = self.settings, self.planner.settings
         if not self.displaced:
             self.lowering *= exp(-step / own.lowering_decay_time)
-        if not self.waiting and (dcm_error < own.min_dcm_error or not self._motion_stands()):
+        if not self.waiting and not (recovers and self._motion_stands()):
             return
         now = self._pendulum(body, low, heading)
         if self.swing is not None:
@@ -104,7 +102,7 @@ class RecoverySteps:
             support = [p[height < reach] for p, height in zip(low, heights, strict=True)]
             outside = beyond(np.concatenate(support)[:, :2], now.capture_point)
             rested = time - self._last_touchdown > steps.load_transfer_duration
-            if outside > steps.capture_threshold and dcm_error > own.min_dcm_error and rested:
+            if outside > steps.capture_threshold and recovers and rested:
                 self._lift_off(time, now, touching)
             slow = float(np.linalg.norm(now.velocity)) < steps.rest_speed
             if not (outside < -steps.capture_margin and slow):

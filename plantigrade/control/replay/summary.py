@@ -9,20 +9,18 @@ from plantigrade.constants import SIDE_NAMES
 from plantigrade.control.gait.phase import Touchdown
 from plantigrade.control.gait.reference import Reference
 
+MIN_DEVIATION, MAX_STEPS = 0.04, 4  # [m] of a step that is described, and how many are
 
-def describe_steps(touchdowns: Sequence[Touchdown], min_deviation: float, n_most: int) -> list[str]:
+
+def describe_steps(touchdowns: Sequence[Touchdown]) -> list[str]:
     """Return a sentence for each of the steps that deviate most from the motion, in order of time.
 
     A step deviates by its offset from the motion, less that of the step before.
 
-    Args:
-        min_deviation: Least deviation of a step to describe [m].
-        n_most: Greatest number of sentences.
-
     Example:
         >>> axes = np.eye(2)
         >>> aside = Touchdown(3.21, "l", 0.0, np.array([0.0, 0.06, 0.0]), axes)
-        >>> describe_steps([Touchdown(2.7, "r", 0.0, np.zeros(3), axes), aside], 0.04, 4)
+        >>> describe_steps([Touchdown(2.7, "r", 0.0, np.zeros(3), axes), aside])
         ['Stepped 6 cm to the left with the left foot at 3.2 s.']
     """
     deviations = []
@@ -30,18 +28,18 @@ def describe_steps(touchdowns: Sequence[Touchdown], min_deviation: float, n_most
     for step in touchdowns:
         deviations.append((step, (step.offset[:2] - before) @ step.axes))
         before = step.offset[:2]
-    large = [each for each in deviations if np.linalg.norm(each[1]) > min_deviation]
-    large = sorted(large, key=lambda each: -float(np.linalg.norm(each[1])))[:n_most]
+    large = [each for each in deviations if np.linalg.norm(each[1]) > MIN_DEVIATION]
+    large = sorted(large, key=lambda each: -float(np.linalg.norm(each[1])))[:MAX_STEPS]
     in_time = sorted(large, key=lambda each: each[0].time)
-    return [_step(step, deviation, 0.5 * min_deviation) for step, deviation in in_time]
+    return [_step(step, deviation) for step, deviation in in_time]
 
 
-def _step(step: Touchdown, deviation: Float[Array, " 2"], least: float) -> str:
-    ahead, left = 100.0 * deviation
+def _step(step: Touchdown, deviation: Float[Array, " 2"]) -> str:
+    (ahead, left), least = 100.0 * deviation, 50.0 * MIN_DEVIATION
     words = []
-    if abs(ahead) > 100.0 * least:
+    if abs(ahead) > least:
         words.append(f"{abs(ahead):.0f} cm {'ahead' if ahead > 0 else 'short'}")
-    if abs(left) > 100.0 * least:
+    if abs(left) > least:
         words.append(f"{abs(left):.0f} cm to the {'left' if left > 0 else 'right'}")
     return (
         f"Stepped {' and '.join(words)} with the {SIDE_NAMES[step.side]} foot at {step.time:.1f} s."
