@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, root_mean_square
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.dynamics.centroid import root_wrench_at
@@ -107,7 +107,7 @@ def residual_wrench(
     given = ground.forces.force.sum(axis=1) + ground.support_force.sum(axis=1)
     moment = moment + np.cross(ground.com_shift, given + force)
     here = ~ground.measured.all(axis=1)
-    return _rms(force[here] / weight), _rms(moment[here, :2] / weight)
+    return root_mean_square(force[here] / weight), root_mean_square(moment[here, :2] / weight)
 
 
 def knee_band(human: Human, ground: GroundForces) -> float:
@@ -202,10 +202,6 @@ def _other_ground(
         return ""
     remedy = f"fit again with {seems}" if seems else "describe it with --ground"
     return f"the ground is not level: {how}. If it is a slope or stairs, {remedy}."
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def _step_between(soles: Float[Array, "n_frames 2"]) -> float:

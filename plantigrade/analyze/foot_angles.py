@@ -26,6 +26,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.spatial.vectors import unit_vectors
 
 Paths = Mapping[str, Float[Array, "n_frames 3"]]
 """Landmark, without side → path of its marker [m]; NaN while hidden."""
@@ -148,9 +149,9 @@ def tibia_axes(
         return None
     above = _beside(hip, seen["thigh"], seen["knee_lateral"], knee)
     below = _beside(above, seen["shank"], seen["ankle_lateral"], ankle)
-    outwards = _unit(seen["ankle_lateral"] - below)
-    z = _unit(above - below)
-    x = _unit(np.cross(outwards if side == "l" else -outwards, z))
+    outwards = unit_vectors(seen["ankle_lateral"] - below)
+    z = unit_vectors(above - below)
+    x = unit_vectors(np.cross(outwards if side == "l" else -outwards, z))
     return np.stack([x, np.cross(z, x), z], axis=-1)
 
 
@@ -160,9 +161,9 @@ def _beside(
     """Return the joint centre at a right angle between its marker and the centre above."""
     along = proximal - joint
     cosine = distance / np.linalg.norm(along, axis=1)[:, None]
-    along = _unit(along)
+    along = unit_vectors(along)
     out = segment - joint
-    out = _unit(out - along * np.sum(out * along, axis=1)[:, None])
+    out = unit_vectors(out - along * np.sum(out * along, axis=1)[:, None])
     return joint + distance * (cosine * along - np.sqrt(1 - cosine**2) * out)
 
 
@@ -210,7 +211,7 @@ def _hindfoot(seen: Paths, standing: Paths) -> np.ndarray:
     x = _carried(*frames, ahead) - now["heel"]
     above = seen.get("heel_upper")
     above = (_carried(*frames, standing["heel_upper"]) if above is None else above) - now["heel"]
-    x, y = _unit(x), _unit(np.cross(above, x))
+    x, y = unit_vectors(x), unit_vectors(np.cross(above, x))
     return np.stack([x, y, np.cross(x, y)], axis=-1)
 
 
@@ -226,8 +227,8 @@ def _hindfoot_frame(hind: Paths) -> tuple[np.ndarray, np.ndarray]:
 
 def _turned(x: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Return axes whose first is ``x`` and whose second is as close as possible to ``near``."""
-    x = _unit(x)
-    z = _unit(np.cross(x, near))
+    x = unit_vectors(x)
+    z = unit_vectors(np.cross(x, near))
     return np.stack([x, np.cross(z, x), z], axis=-1)
 
 
@@ -240,9 +241,5 @@ def _carried(here, there, point: np.ndarray) -> np.ndarray:
 
 def _onto(point: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Return the foot of the perpendicular from a point to the plane of three others."""
-    normal = _unit(np.cross(b - a, c - a))
+    normal = unit_vectors(np.cross(b - a, c - a))
     return point - normal * np.sum((point - a) * normal, axis=1)[:, None]
-
-
-def _unit(v: np.ndarray) -> np.ndarray:
-    return v / np.linalg.norm(v, axis=-1, keepdims=True)

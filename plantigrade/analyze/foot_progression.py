@@ -12,6 +12,7 @@ from plantigrade.models.markers import landmarks_of
 from plantigrade.motion.cycles import PERCENT, cut_cycles, frames_near, normalise_cycles
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import rotation_matrix
+from plantigrade.spatial.vectors import nearest_right_angle, unit_vectors
 
 MARKS = ("heel", "metatarsal_1_head", "metatarsal_5_head")
 MIN_DISPLACEMENT = 0.3
@@ -35,15 +36,11 @@ def foot_line(record: Record, side: str) -> Float[Array, "n_frames 3"]:
         if type(record.human) is not Human:  # a model of the person's own has no landmarks
             soles = sole_paths(record.human, record.motion.qpos)
             heel, ball = (soles.position[:, soles.of(side, part)] for part in ("heel", "ball"))
-            return _unit(ball.mean(axis=1) - heel.mean(axis=1))
+            return unit_vectors(ball.mean(axis=1) - heel.mean(axis=1))
         table = attachments(record.human)
         points = PointSet.of(record.human, [table[f"{mark}_{side}"] for mark in MARKS])
         path = points.path(record.motion.qpos)
-    return _unit(path[:, 1:].mean(axis=1) - path[:, 0])
-
-
-def _unit(lines: Float[Array, "n_frames 3"]) -> Float[Array, "n_frames 3"]:
-    return lines / np.linalg.norm(lines, axis=1, keepdims=True)
+    return unit_vectors(path[:, 1:].mean(axis=1) - path[:, 0])
 
 
 def marker_path(record: Record, landmark: str) -> tuple[np.ndarray, np.ndarray] | None:
@@ -77,18 +74,6 @@ def inward_angle(
     return (1.0 if side == "r" else -1.0) * np.arcsin(np.clip(line[:, :2] @ left, -1, 1))
 
 
-def turned_forward(way: Float[Array, " 2"], quats: Float[Array, "n 4"]) -> Float[Array, " 2"]:
-    """Return a horizontal direction turned by the right angles that bring it nearest to the facing.
-
-    Args:
-        way: Direction of walking.
-        quats: Orientations of the pelvis, ``wxyz``.
-    """
-    facing = rotation_matrix(quats)[:, :2, 0].mean(axis=0)
-    left = np.array([-way[1], way[0]])
-    return max((way, left, -way, -left), key=lambda each: float(each @ facing))
-
-
 def foot_progression(record: Record) -> dict[str, Float[Array, "n_cycles 101"]]:
     """Return the foot progression angle over every gait cycle [deg], positive inward.
 
@@ -114,7 +99,8 @@ def foot_progression(record: Record) -> dict[str, Float[Array, "n_cycles 101"]]:
             )
             way = motion.qpos[stop, :2] - motion.qpos[start, :2]
             way = way if np.linalg.norm(way) > MIN_DISPLACEMENT else np.array([1.0, 0.0])
-            way = turned_forward(way, motion.qpos[start : stop + 1, 3:7])
+            quats = motion.qpos[start : stop + 1, 3:7]
+            way = nearest_right_angle(way, rotation_matrix(quats)[:, :2, 0].mean(axis=0))
             near = frames_near(motion.time, cycle)
             angle = np.rad2deg(inward_angle(line[near], side, way))
             rows += list(normalise_cycles(motion.time[near], angle, [cycle]))

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.analyze.statistics import compare_curves, known_mean
-from plantigrade.arrays import Array, Bool, Float
+from plantigrade.arrays import Array, Bool, Float, root_mean_square
 from plantigrade.constants import SIDES
 from plantigrade.motion.filters import runs
 from plantigrade.motion.recording import even_clock
@@ -217,7 +217,7 @@ def _compare_foot(
         force_rmse=tuple(axis.rmse for axis in force),
         force_range=tuple(float(np.ptp(load[stance, k])) for k in range(3)),
         pressure_median_m=tuple(_median(np.abs(pressure_error[:, k])) for k in (0, 1)),
-        pressure_rmse_m=tuple(_rms(pressure_error[:, k]) for k in (0, 1)),
+        pressure_rmse_m=tuple(root_mean_square(pressure_error[:, k]) for k in (0, 1)),
         pressure_ahead_m=tuple(known_mean(pressure_error[:, k]) for k in (0, 1)),
         backward_m=_backward(point[:, 0], loaded),
         backward_measured_m=_backward(recorded[:, 0], loaded),
@@ -319,8 +319,3 @@ def _share(part: float, whole: float) -> float:
 def _median(values: Array) -> float:
     known = values[np.isfinite(values)]
     return float(np.median(known)) if len(known) else float("nan")
-
-
-def _rms(values: Array) -> float:
-    known = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(known**2))) if len(known) else float("nan")

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.analyze import norms
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, root_mean_square
 from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
 
@@ -44,14 +44,16 @@ class GaitProfile:
     def score(self, side: str = "") -> float:
         """Return the Gait Profile Score of a side, or of both if ``side`` is empty."""
         if side:
-            return _rms([self.difference[f"{name}_{side}"] for name in ANGLES])
+            return root_mean_square(
+                np.array([self.difference[f"{name}_{side}"] for name in ANGLES])
+            )
         own = [f"{name}_r" for name in PELVIS] + [f"{name}_{s}" for s in SIDES for name in LEG]
-        return _rms([self.difference[name] for name in own])
+        return root_mean_square(np.array([self.difference[name] for name in own]))
 
     @property
     def usual_score(self) -> float:
         """Root mean square of the score of a side over the people of the population."""
-        return _rms([self.usual[name] for name in ANGLES])
+        return root_mean_square(np.array([self.usual[name] for name in ANGLES]))
 
     def metrics(self) -> dict[str, float]:
         """Return score (``gps``) and gait variable scores (``gvs``) under flat keys [deg]."""
@@ -94,10 +96,6 @@ def gait_profile(
         mean = np.interp(percent, band.percent, band.mean)
         for side in SIDES:
             full = f"{name}_{side}"
-            difference[full] = _rms(np.nanmean(angles[full], axis=0) - mean)
-        usual[name] = _rms(band.sd)
+            difference[full] = root_mean_square(np.nanmean(angles[full], axis=0) - mean)
+        usual[name] = root_mean_square(band.sd)
     return GaitProfile(difference, usual)
-
-
-def _rms(values) -> float:
-    return float(np.sqrt(np.nanmean(np.square(values))))

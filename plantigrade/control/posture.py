@@ -12,6 +12,7 @@ from plantigrade.control.gait.phase import FootContactSettings
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
+from plantigrade.motion.blends import cubic_rise
 from plantigrade.world import Command, Controller, StablePD, State, Target, standing_on
 
 
@@ -96,7 +97,7 @@ class Posture(Controller):
             self._since, self._bent = state.time, bends
         if held is not self._to:
             u = min((state.time - self._since) / self.settings.transition_duration, 1.0)
-            share = u * u * (3 - 2 * u)
+            share = cubic_rise(u)
             held = self._to if u == 1.0 else (1 - share) * self._from + share * self._to
         self._held = held
         return held

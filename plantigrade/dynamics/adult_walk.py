@@ -18,6 +18,7 @@ from plantigrade.kinematics.planting import lead_pelvis
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.textbook_walk import ADULT_SPREAD, TextbookWalk, textbook_walk
 from plantigrade.models import Human
+from plantigrade.motion.blends import cubic_rise
 from plantigrade.motion.resample import interpolate
 
 CUTOFF = 6.0  # [Hz] low-pass of the motion, usual for walking (Winter 2009)
@@ -89,8 +90,7 @@ def _pressure(walk: TextbookWalk) -> Float[Array, "n_frames 2"]:
             own = human.dimensions.foot_length * np.stack([ahead, out * aside], axis=1)
             point[k, stance] = spot + own
             near = np.minimum(share[stance], 1 - share[stance]) * length / both
-            near = np.clip(near, 0.0, 1.0)
-            load[k, stance] = near**2 * (3 - 2 * near)
+            load[k, stance] = cubic_rise(near)
     total = load.sum(axis=0)
     known = total > 0.5
     pressure = (load[..., None] * point).sum(axis=0)[known] / total[known, None]

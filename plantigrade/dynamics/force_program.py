@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
+from plantigrade.arrays import root_mean_square
 from plantigrade.constants import FRICTION, SIDES
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.force_bands import (
@@ -234,7 +235,8 @@ class ForceProgram:
             self.moved = solution.response(self.scaled.T @ self.errors)
         missed = self.A @ solution.x - self.b
         net = [missed[self._recorded_rows(name)] for name in NET_ROWS]
-        self.residual_force, self.residual_moment = _rms(net[:3]), _rms(net[3:5])
+        self.residual_force = root_mean_square(np.concatenate(net[:3]))
+        self.residual_moment = root_mean_square(np.concatenate(net[3:5]))
         x = self.x.copy()
         x[self.unknown] = solution.x
         self.wrench, self.shift = self._by_foot(x), x[self.layout.shift].copy()
@@ -324,10 +326,6 @@ class ForceProgram:
         whole = np.zeros((self.layout.size, self.moved.shape[1]))
         whole[self.unknown] = self.moved
         return spread_of(self.needs, self.wrench, self._by_foot(whole), MIN_PRESSURE_LOAD)
-
-
-def _rms(parts: list[np.ndarray]) -> float:
-    return float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
 
 
 def _lasting(contact: ContactInterval, more: float) -> ContactInterval:

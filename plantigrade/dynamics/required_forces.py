@@ -18,6 +18,7 @@ from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 from plantigrade.motion.recording import even_clock
 from plantigrade.spatial.conventions import rotation_matrix
+from plantigrade.spatial.vectors import unit_vectors
 
 # [1] reduction of the sole's limits per height above MAX_SOLE_HEIGHT. Chosen
 HEIGHT_REDUCTION = 4.0
@@ -148,7 +149,7 @@ def required_forces(
         force / weight,
         moment / weight,
         np.concatenate([base, held], axis=1),
-        np.concatenate([heading, _unit(ahead)], axis=1),
+        np.concatenate([heading, unit_vectors(ahead)], axis=1),
         joints / weight,
         np.concatenate([at_base, axes], axis=2).swapaxes(2, 3),
         np.array([_strength(human, own) for own in columns]) / weight,
@@ -163,10 +164,6 @@ def required_forces(
 class _Place(NamedTuple):
     body: str
     position: tuple[float, float, float]
-
-
-def _unit(vectors: np.ndarray) -> np.ndarray:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-9)
 
 
 def _strength(human: Human, columns: tuple[int, ...]) -> np.ndarray:
@@ -194,11 +191,11 @@ def _floor(time, soles, contacts) -> np.ndarray:
 
 def _headings(time, forward, contacts) -> np.ndarray:
     """Return the headings of the feet, constant in each contact."""
-    heading = _unit(forward)
+    heading = unit_vectors(forward)
     for contact in contacts:
         k, here = SIDES.index(contact.side), contact.frames(time)
         if contact.rolls and here.any():
-            heading[here, k] = _unit(forward[here, k].sum(axis=0))
+            heading[here, k] = unit_vectors(forward[here, k].sum(axis=0))
     return heading
 
 

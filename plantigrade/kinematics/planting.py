@@ -14,6 +14,7 @@ from plantigrade.kinematics.inverse import InverseKinematics, Terms, follow
 from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
 from plantigrade.kinematics.sole_rests import ContactFrames, find_rests
 from plantigrade.models import Human
+from plantigrade.motion.blends import cubic_rise
 
 FADE_TIME = 0.12  # [s] time of a foot to settle on the ground and to leave it
 MAX_DRIFT = 0.03  # [m] maximum drift of a foot at rest for a second; more is sliding or pivoting
@@ -208,8 +209,7 @@ def _nearness(inside: np.ndarray, fade: int) -> np.ndarray:
     if not inside.any():
         return np.zeros(len(inside))
     gap = np.asarray(distance_transform_cdt(~inside))
-    s = np.clip(1 - gap / fade, 0, 1)
-    return s * s * (3 - 2 * s)
+    return cubic_rise(1 - gap / fade)
 
 
 def _held(values: np.ndarray, inside: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ from plantigrade.kinematics.unmeasured_joints import measured_hinges
 from plantigrade.models import Human
 from plantigrade.models.anatomy import hip, lumbar, shoulder
 from plantigrade.models.coordinates import coordinate_of
+from plantigrade.spatial.vectors import unit_vectors
 
 # Joints and the part distal to each.
 CENTRES = {
@@ -114,7 +115,8 @@ class SkeletonTargets:
         A = _swing(-_Z, down)
         R = source.above(b)
         upper, lower = source.at(b) - source.at(a), source.at(c) - source.at(b)
-        axis = np.cross(_unit(upper), _unit(lower))  # points left for a knee, right for an elbow
+        # It points to the left for a knee, to the right for an elbow.
+        axis = np.cross(unit_vectors(upper), unit_vectors(lower))
         sine = np.linalg.norm(axis, axis=1)
         bent = sine > np.sin(MIN_HINGE_RANGE)
         if bent.sum() < 3:
@@ -122,7 +124,7 @@ class SkeletonTargets:
         axis = np.einsum("nji,nj->ni", R, axis)[bent].mean(axis=0)
         if np.linalg.norm(axis) < 0.7 * sine[bent].mean():
             return A  # no hinge: the axis turns with the motion
-        axis = _unit(A.T @ axis) * (1.0 if backwards else -1.0)
+        axis = unit_vectors(A.T @ axis) * (1.0 if backwards else -1.0)
         coordinate = "knee_angle" if backwards else "elbow_flex"
         ours = coordinate_of(f"{coordinate}_{side}").axis_of(side)
         ours = ours * np.sign(ours[1])  # the sense in which it points left
@@ -150,7 +152,7 @@ class SkeletonTargets:
         R = source.above(f"elbow_{side}")
         self._add_axis(f"humerus_{side}", _Y, R @ (A @ _Y), WEIGHTS["upper_arm"])
         wrist = source.rest(f"wrist_{side}")
-        along = _unit(wrist - source.rest(f"elbow_{side}"))
+        along = unit_vectors(wrist - source.rest(f"elbow_{side}"))
         R = source.rotation(f"wrist_{side}")
         thumb = self._thumb(side, along)
         outward = _Y if side == "l" else -_Y  # where the thumb points in our zero pose
@@ -158,7 +160,7 @@ class SkeletonTargets:
         distal = along
         if source.has(f"knuckle_{side}"):
             hand = source.rest(f"knuckle_{side}") - wrist
-            distal = _unit(hand) if np.linalg.norm(hand) > 0.02 else along
+            distal = unit_vectors(hand) if np.linalg.norm(hand) > 0.02 else along
         self._add_axis(f"hand_{side}", -_Z, R @ distal, WEIGHTS["hand_axis"])
 
     def _thumb(self, side: str, along: np.ndarray) -> np.ndarray:
@@ -178,7 +180,7 @@ class SkeletonTargets:
         for guess in [*guesses, _X, _Y if side == "l" else -_Y]:
             square = guess - (guess @ along) * along
             if np.linalg.norm(square) > 0.3 * np.linalg.norm(guess) > 1e-4:
-                return _unit(square)
+                return unit_vectors(square)
         return _X
 
     def _foot(self, side: str) -> None:
@@ -285,15 +287,9 @@ class SkeletonTargets:
         return np.linalg.norm(ours - theirs - rise[:, None, None] * _Z, axis=2)
 
 
-def _unit(v: np.ndarray) -> np.ndarray:
-    """Return vectors of length one; zero stays zero."""
-    size = np.linalg.norm(v, axis=-1, keepdims=True)
-    return v / np.where(size > 1e-12, size, 1.0)
-
-
 def _swing(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the smallest rotation that takes direction ``a`` to ``b``."""
-    a, b = _unit(a), _unit(b)
+    a, b = unit_vectors(a), unit_vectors(b)
     axis, cosine = np.cross(a, b), float(a @ b)
     size = np.linalg.norm(axis)
     if size < 1e-9:
@@ -303,7 +299,7 @@ def _swing(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 def _yaw(direction: np.ndarray) -> np.ndarray:
     """Return rotations about the vertical that turn x towards ``direction``."""
-    c, s = np.moveaxis(_unit(direction[..., :2]), -1, 0)
+    c, s = np.moveaxis(unit_vectors(direction[..., :2]), -1, 0)
     zero, one = np.zeros_like(c), np.ones_like(c)
     rows = [[c, -s, zero], [s, c, zero], [zero, zero, one]]
     return np.stack([np.stack(r, axis=-1) for r in rows], axis=-2)

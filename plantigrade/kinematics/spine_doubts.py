@@ -22,6 +22,7 @@ from plantigrade.models.landmarks import Attachment
 from plantigrade.motion import Markers
 from plantigrade.printable import listed
 from plantigrade.spatial.conventions import rotation_matrix
+from plantigrade.spatial.vectors import unit_vectors
 
 MAX_TWIST = 6.0
 """Largest mean difference of the slopes from right to left of the spines, and of the knees [deg];
@@ -188,7 +189,8 @@ def _shallow_hips(
         centre, _ = joint_centre(p[seen])
         arm = p[seen].mean(axis=1) - centre
         arm /= np.linalg.norm(arm, axis=1, keepdims=True)
-        if 2 * np.arccos(np.clip(arm @ _unit(arm.mean(axis=0)), -1, 1)).max() < MIN_HIP_RANGE:
+        along = arm @ unit_vectors(arm.mean(axis=0))
+        if 2 * np.arccos(np.clip(along, -1, 1)).max() < MIN_HIP_RANGE:
             return []
         depths.append(float(((right + left) / 2 - centre) @ up))
     depth = float(np.mean(depths))
@@ -202,10 +204,6 @@ def _shallow_hips(
 
 
 _SPINES = ("asis_r", "asis_l", "psis_r", "psis_l", "sacrum")
-
-
-def _unit(v: Float[Array, " 3"]) -> Float[Array, " 3"]:
-    return v / np.linalg.norm(v)
 
 
 def standing_notes(

@@ -22,6 +22,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.exchanged_labels import Exchange
 from plantigrade.motion import Markers
+from plantigrade.spatial.vectors import unit_vectors
 
 MIN_PRONATION_SINE = -0.35  # [1] sine of 20° beyond an end of the range [AAOS1965]_
 ELBOW_MARKER_OFFSET = 0.042  # [m] distance of a lateral elbow marker from the joint centre
@@ -57,14 +58,14 @@ def thumb_side(markers: Markers, label: Mapping[str, str], side: str) -> float:
     radial, ulnar = at("wrist_radial"), at("wrist_ulnar")
     sign = 1.0 if side == "r" else -1.0
     u, v = elbow - shoulder, (radial + ulnar) / 2 - elbow
-    outward = _unit(elbow - medial)
+    outward = unit_vectors(elbow - medial)
     if np.isnan(outward).all():
         outward = _outward(u, v, sign)
         v = v + ELBOW_MARKER_OFFSET * outward
     else:
         v = v + (elbow - medial) / 2
-    front = np.cross(sign * outward, _unit(v))
-    sines = (_unit(radial - ulnar) * front).sum(axis=1)
+    front = np.cross(sign * outward, unit_vectors(v))
+    sines = (unit_vectors(radial - ulnar) * front).sum(axis=1)
     return float(np.nanmedian(sines)) if np.isfinite(sines).any() else float("nan")
 
 
@@ -80,8 +81,4 @@ def _outward(
     a, b = ELBOW_MARKER_OFFSET * (vv + uv) / area, -ELBOW_MARKER_OFFSET * (uu + uv) / area
     within = a[:, None] * u + b[:, None] * v
     across = np.sqrt(np.maximum(1 - (within**2).sum(axis=1), 0.0))
-    return _unit(within + sign * across[:, None] * _unit(np.cross(u, v)))
-
-
-def _unit(x: Float[Array, "n_frames 3"]) -> Float[Array, "n_frames 3"]:
-    return x / np.maximum(np.linalg.norm(x, axis=1, keepdims=True), 1e-9)
+    return unit_vectors(within + sign * across[:, None] * unit_vectors(np.cross(u, v)))

@@ -19,6 +19,7 @@ from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.sole_rests import find_rests
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.motion.blends import cubic_rise
 from plantigrade.motion.filters import runs
 from plantigrade.record import Record
 from plantigrade.robots.robot import Robot
@@ -208,8 +209,7 @@ def _join(position, orientation, path, turn, phase) -> None:
         for k in range(swing.start, swing.stop):
             share = 0.0
             if len(ends) == 2:
-                share = (k - ends[0]) / (ends[1] - ends[0])
-                share = share * share * (3.0 - 2.0 * share)
+                share = cubic_rise((k - ends[0]) / (ends[1] - ends[0]))
             mixed = [(1.0 - share) * pair[0] + share * pair[-1] for pair in (shift, twist)]
             position[k] = path[k] + mixed[0]
             orientation[k] = Rotation.from_rotvec(mixed[1]).as_matrix() @ turn[k]

@@ -15,6 +15,7 @@ from plantigrade.bounds import number
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.motion.blends import cubic_rise
 from plantigrade.world.disturbance import MAX_ANGLE, MAX_TIME, Disturbance, parse_numbers
 from plantigrade.world.simulated_world import SimulatedWorld
 
@@ -132,8 +133,7 @@ class Tilting(Platform):
 
     def position(self, time: float) -> Float[Array, " 4"]:
         """Return a sine whose amplitude increases during the first period."""
-        u = min(max(time, 0.0) / self.period, 1.0)
-        size = self.amplitude * u * u * (3 - 2 * u)
+        size = self.amplitude * cubic_rise(time / self.period)
         tilt = size * np.sin(2 * np.pi * max(time, 0.0) / self.period)
         return np.array([0.0, 0.0, tilt * np.cos(self.direction), tilt * np.sin(self.direction)])
 

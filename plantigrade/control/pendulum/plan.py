@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import atan, copysign, cos, exp, sin, sqrt
+from math import atan, cos, exp, sin, sqrt
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from plantigrade.control.pendulum.settings import PendulumSettings
 from plantigrade.control.pendulum.swing import Height, detours
 from plantigrade.control.pendulum.turn import PredictedTurn
 from plantigrade.kinematics.state import State
+from plantigrade.spatial.vectors import nearest_right_angle
 
 MIN_TIME_LEFT = 0.01  # [s] to touchdown: keeps the growth of errors until then finite
 
@@ -339,6 +340,5 @@ def body_axes(quat: Float[Array, " 4"]) -> Float[Array, "2 2"]:
     Legs pass each other along the body and step out across it, also where a walk leads backward or
     to a side.
     """
-    x, y = heading(quat)[:, 0].tolist()
-    x, y = (copysign(1.0, x), 0.0) if abs(x) >= abs(y) else (0.0, copysign(1.0, y))
+    x, y = nearest_right_angle(np.array([1.0, 0.0]), heading(quat)[:, 0]).tolist()
     return np.array([[x, -y], [y, x]])

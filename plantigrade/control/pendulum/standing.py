@@ -11,6 +11,7 @@ from plantigrade.control.balance import Reference, ReferenceState
 from plantigrade.control.gait.reference import Reference as GaitReference
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
+from plantigrade.motion.blends import quintic_rise
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,8 +53,7 @@ class Settling(Reference):
 
     def at(self, time: float) -> ReferenceState:
         """Return the desired state at a time [s]."""
-        part = min(max((time - self._time) / self._duration, 0.0), 1.0)
-        part = part**3 * (10.0 - 15.0 * part + 6.0 * part**2)
+        part = float(quintic_rise((time - self._time) / self._duration))
         if part == self._part:
             return self._desired
         self._part = part

@@ -19,6 +19,7 @@ from plantigrade.control.gait.reference import STEP, Reference
 from plantigrade.control.gait.schedule import StanceSchedule
 from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.errors import ParameterError
+from plantigrade.motion.blends import cubic_rise
 
 N_INSTANTS = 50  # of a stride, by which both walks are laid over each other
 
@@ -124,7 +125,7 @@ class Transition:
     def advance(self, since: float) -> bool:
         """Advance to a time since the beginning [s]; return whether it goes on."""
         u = min(since / self.duration, 1.0)
-        self.part = u * u * (3.0 - 2.0 * u)
+        self.part = float(cubic_rise(u))
         self._rate = 6.0 * u * (1.0 - u) / self.duration
         return u < 1.0
 

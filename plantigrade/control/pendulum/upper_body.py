@@ -24,6 +24,7 @@ from plantigrade.control.pendulum.transition import PhaseMap
 from plantigrade.errors import ParameterError, known_names
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
+from plantigrade.motion.blends import cubic_rise
 
 SPINE = "lumbar_extension"  # takes up the different tilt of the pelvis
 N_INSTANTS = 12  # of a stride, by which the mean height of the mass is found
@@ -194,8 +195,7 @@ class UpperBody:
     @property
     def part(self) -> float:
         """Weight of the new one, from 0 to 1."""
-        u = min(max((self.time - self.since) / self.settings.stride_time, 0.0), 1.0)
-        return u * u * (3.0 - 2.0 * u)
+        return float(cubic_rise((self.time - self.since) / self.settings.stride_time))
 
     def apply(self, instant: Instant, phase: float, cadence: float) -> None:
         """Apply it to an instant of a walk.

@@ -17,8 +17,8 @@ from plantigrade.contact.ground import Ground
 from plantigrade.contact.plan import Stance
 from plantigrade.models import Human
 from plantigrade.models.feet import point, sphere_radius
+from plantigrade.motion.blends import quintic_rise
 from plantigrade.spatial.conventions import within_half_turn
-from plantigrade.trajopt.guess.postures import smooth_step
 
 # [rad] minimum and maximum toe-up angle at heel strike
 STRIKE_ANGLES = tuple(np.deg2rad([3.0, 30.0]))
@@ -176,7 +176,7 @@ def _swing(
         out = _quintic(s, span, first, v0, last, v1)
         for i in (0, 1, 2, 4):
             out[:, i] += np.interp(s, even, mean[:, i])
-        out[:, 5] = bent * (1 - smooth_step(s / TOE_RETURN_SHARE))
+        out[:, 5] = bent * (1 - quintic_rise(s / TOE_RETURN_SHARE))
         return out
 
     # raised until the sole is clear, on a grid independent of the evaluation times

@@ -11,8 +11,8 @@ from plantigrade.contact.limb_sites import HAND_PART, palm
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
+from plantigrade.motion.blends import quintic_rise
 from plantigrade.spatial.conventions import PELVIS
-from plantigrade.trajopt.guess.postures import smooth_step
 from plantigrade.trajopt.problem.contact_body import ContactBody
 
 ARM_COORDINATES = ("arm_flex", "arm_add", "arm_rot", "elbow_flex", "pro_sup", "wrist_flex")
@@ -39,7 +39,7 @@ class HandsOnSupports:
             if support.site.part != HAND_PART:
                 continue
             early, late = support.start - times, times - support.stop
-            share = smooth_step(1.0 - np.maximum(np.maximum(early, late), 0.0) / REACHING_TIME)
+            share = quintic_rise(1.0 - np.maximum(np.maximum(early, late), 0.0) / REACHING_TIME)
             near, at = share > 0.0, BatchedFunction(body.symbolic.positions([support.site]))
             there = reached(
                 body.human,

@@ -6,6 +6,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
 from plantigrade.models import Human
 from plantigrade.models.textbook_gait import textbook_gait
+from plantigrade.motion.blends import cubic_rise
 from plantigrade.spatial.conventions import PELVIS
 from plantigrade.trajopt.guess.foot_motion import STRIKE_ANGLES, TOE_OFF_ANGLES, FootCurves
 from plantigrade.trajopt.guess.postures import standing_hinges
@@ -46,8 +47,7 @@ class MeanGait:
 
     def walking(self, times: Float[Array, " n"]) -> Float[Array, " n"]:
         """Return the share of walking at times, from 0 (standing) to 1."""
-        share = np.interp(times, *self._walking)
-        return share * share * (3 - 2 * share)
+        return cubic_rise(np.interp(times, *self._walking))
 
     def pelvis_angles(self, times: Float[Array, " n"]) -> Float[Array, "n 3"]:
         """Return pelvis tilt, list and rotation [rad]."""

@@ -13,6 +13,7 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.motion.blends import quintic_rise
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
     pelvis_angles_to_quaternion,
@@ -59,12 +60,6 @@ def standing_on(human: Human, feet: Mapping[str, Footprint]) -> Float[Array, " n
 def standing_hinges(human: Human, n: int) -> Float[Array, "n n_hinges"]:
     """Return the hinges of quiet standing, n times [rad]."""
     return np.tile(standing_posture(human)[6:], (n, 1))
-
-
-def smooth_step(s: Float[Array, "*n"]) -> Float[Array, "*n"]:
-    """Return a rise from 0 at s = 0 to 1 at s = 1 without velocity and acceleration at the ends."""
-    s = np.clip(s, 0.0, 1.0)
-    return s**3 * (10 - 15 * s + 6 * s * s)
 
 
 def level_rotations(heading: Float[Array, " n"]) -> Float[Array, "n 3 3"]:
@@ -166,7 +161,7 @@ class KeyPostures:
         stands = any(s.toe_off >= plan.duration for s in plan.stances)
         end = plan.duration if stands else np.inf
         inside = np.minimum(times, end - times) / STRETCHED_TIME
-        return reaching(body.human, q, feet, MAX_LEG_EXTENSION - self.bent * smooth_step(inside))
+        return reaching(body.human, q, feet, MAX_LEG_EXTENSION - self.bent * quintic_rise(inside))
 
 
 def level_foot(
@@ -183,6 +178,6 @@ def level_foot(
     values = np.repeat(places, 2, axis=0)
     k = np.clip(np.searchsorted(knots, times, side="right") - 1, 0, len(knots) - 2)
     s = np.clip((times - knots[k]) / np.maximum(knots[k + 1] - knots[k], 1e-12), 0.0, 1.0)
-    out = values[k] + smooth_step(s)[:, None] * (values[k + 1] - values[k])
+    out = values[k] + quintic_rise(s)[:, None] * (values[k + 1] - values[k])
     out[:, 2] += np.where(k % 2 == 1, lift * 4 * s * (1 - s), 0.0)  # in the air
     return out[:, :3], out[:, 3]

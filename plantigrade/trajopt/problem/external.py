@@ -119,9 +119,3 @@ class External:
         for i, torque in self.torques(names, list(angles.T), p).items():
             out[:, i] = torque
         return out
-
-
-def eased(share: Float[Array, " n"]) -> Float[Array, " n"]:
-    """Return a cubic from 0 to 1, flat at both ends."""
-    s = np.clip(share, 0.0, 1.0)
-    return s * s * (3.0 - 2.0 * s)

@@ -8,10 +8,10 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.errors import ParameterError
 from plantigrade.models.mirror import mirror_sign, mirrored_name
+from plantigrade.motion.blends import cubic_rise
 from plantigrade.record.conditions import Condition
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.contact_body import ContactBody
-from plantigrade.trajopt.problem.external import eased
 from plantigrade.trajopt.terms.term import Term
 
 CLUTCH_SHARE = 0.03  # [strides] in which the spring is coupled after strike and let go at toe-off
@@ -46,8 +46,8 @@ class Device(Term):
         coupled = np.minimum(phase, stance - phase) / CLUTCH_SHARE
         return np.stack(
             [
-                self.torque * eased(share),
-                self.stiffness * eased(coupled),
+                self.torque * cubic_rise(share),
+                self.stiffness * cubic_rise(coupled),
                 np.full(len(times), self.taut),
             ],
             axis=1,

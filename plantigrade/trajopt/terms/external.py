@@ -8,10 +8,10 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import Point
 from plantigrade.errors import CoordinateNotFound, ParameterError
+from plantigrade.motion.blends import cubic_rise
 from plantigrade.record.conditions import AXES, Condition
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.contact_body import ContactBody
-from plantigrade.trajopt.problem.external import eased
 from plantigrade.trajopt.terms.term import Term
 
 Triple = tuple[float, float, float]
@@ -37,9 +37,9 @@ class Wrench(Term):
         """Return force [N] and moment [N m] at times [s], world axes."""
         share = np.ones(len(times))
         if np.isfinite(self.start):
-            share *= eased((times - self.start) / RAMP + 1.0)
+            share *= cubic_rise((times - self.start) / RAMP + 1.0)
         if np.isfinite(self.stop):
-            share *= eased((self.stop - times) / RAMP + 1.0)
+            share *= cubic_rise((self.stop - times) / RAMP + 1.0)
         return share[:, None] * np.array([*self.force, *self.moment])
 
     def add_to(self, b: ProblemBuilder) -> None:
