@@ -1,4 +1,7 @@
-"""Objects of an animation beside the person: boxes and bars, by their outlines."""
+"""Objects of a picture beside the person: boxes and bars, by their outlines."""
+
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,29 +15,37 @@ from plantigrade.spatial.conventions import rotation_matrix
 
 DIRECTIONS = 24  # [1] points of an outline: the furthest ones of the object in that many directions
 MAX_DISTANCE = 1.5  # [m] from the body, beyond which an object does not widen the picture
+MIN_DEPTH = 0.15  # [m] from the body towards the viewer, beyond which an object hides it
 AWAY = -1e4  # [m] where an absent object is put
 
 
+def objects_at(record: Record, time: Float[Array, " n"]) -> tuple[Placed, ...]:
+    """Return the objects of a record at some instants, on the clock of its motion [s]."""
+    own = record.motion.time
+    return tuple(replace(p, pose=interpolate(time, own, p.pose)) for p in things_of(record))
+
+
 def object_layers(
-    record: Record, time: Float[Array, " n"], shot: Shot
-) -> tuple[list[str], Float[Array, "k 2"]]:
-    """Return the outlines of the objects of a record, and the points that the picture must hold.
+    objects: Sequence[Placed], shot: Shot
+) -> tuple[list[str], list[str], Float[Array, "k 2"]]:
+    """Return outlines of objects behind and before the body, and what the picture must hold.
 
     Args:
-        time: Drawn instants, on the clock of the motion [s].
+        objects: Objects at the instants that are drawn.
         shot: View of the body; points are from its centre, in drawing units.
     """
-    layers, seen = [], [np.zeros((1, 2))]
-    for each in things_of(record):
-        pose = interpolate(time, record.motion.time, each.pose)
-        outline = _outline(each, pose, shot)
-        near = np.linalg.norm(pose[:, :3] - shot.centre, axis=1) < MAX_DISTANCE
+    behind, before, seen = [], [], [np.zeros((1, 2))]
+    for each in objects:
+        outline = _outline(each, each.pose, shot)
+        near = np.linalg.norm(each.pose[:, :3] - shot.centre, axis=1) < MAX_DISTANCE
         seen.append(outline[near].reshape(-1, 2))
         whole = np.round(np.where(np.isfinite(outline), outline, AWAY * shot.per_metre)).astype(int)
         data = ["M" + "L".join(f"{x} {y}" for x, y in frame) + "z" for frame in whole]
         look = f'fill="{WOOD}" stroke="{WOOD_EDGE}" stroke-width="{0.006 * shot.per_metre:g}"'
-        layers.append(shot.clock.path(data, look))
-    return layers, np.concatenate(seen)
+        depth = (each.pose[:, :3] - shot.centre) @ shot.camera.towards
+        nearer = np.isfinite(depth).any() and np.nanmean(depth) > MIN_DEPTH
+        (before if nearer else behind).append(shot.clock.path(data, look))
+    return behind, before, np.concatenate(seen)
 
 
 def _outline(

@@ -17,7 +17,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.motion.resample import interpolate, resampled
 from plantigrade.pages.animated_ground import stage
-from plantigrade.pages.animated_objects import object_layers
+from plantigrade.pages.animated_objects import object_layers, objects_at
 from plantigrade.pages.bone_layers import bone_layers, contact_dots, veil
 from plantigrade.pages.camera import Camera
 from plantigrade.pages.figure_layers import Figure, figure_layers, foot_layers
@@ -195,7 +195,9 @@ def _scene(
         layers, extent = figure_layers(drawn.figure, shot)
     else:
         layers, extent = skin_layers(drawn.skin, shot, x_ray=x_ray)
-    objects, held = object_layers(record, drawn.plays.time[: len(drawn.centre)], shot)
+    behind, before, held = object_layers(
+        objects_at(record, drawn.plays.time[: len(drawn.centre)]), shot
+    )
     low, high = held.min(axis=0), held.max(axis=0)
     extent = (*np.minimum(extent[:2], low), *np.maximum(extent[2:], high))
     if side and not drawn.figure.has_foot(side):
@@ -214,7 +216,7 @@ def _scene(
     ground = stage(
         record.ground, drawn.figure.model, drawn.com, forward, shot, loop=drawn.plays.loop, box=box
     )
-    parts = [ground, *objects, *layers]
+    parts = [ground, *behind, *layers, *before]
     if drawn.total is not None and drawn.cop is not None:
         for k in range(3):
             at = drawn.cop[:, k] - drawn.centre

@@ -4,7 +4,7 @@ A person is drawn with skin and clothes, other bodies as solids.
 """
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from xml.sax.saxutils import escape
 
 import mujoco
@@ -15,6 +15,7 @@ from plantigrade.charts import theme
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.pages.animated_objects import object_layers
 from plantigrade.pages.camera import Camera
 from plantigrade.pages.figure_layers import Figure, figure_layers
 from plantigrade.pages.outlines import force_arrow, outlines
@@ -23,6 +24,7 @@ from plantigrade.pages.shapes import hexadecimal, shapes_of
 from plantigrade.pages.skin_figure import SkinFigure
 from plantigrade.pages.skin_layers import skin_layers
 from plantigrade.pages.svg_animation import Clock, Shot
+from plantigrade.record.things import Placed
 
 GROUND = "#8a94a3"
 PROFILE_HALF_WIDTH = 0.25  # [m] to each side, over which the outline of the ground is taken
@@ -65,8 +67,9 @@ def strip_svg(
     view: str = "side",
     human: Human | None = None,
     x_ray: bool = False,
+    objects: Sequence[Placed] = (),
 ) -> str:
-    """Return an SVG of the body and its supports at several instants.
+    """Return an SVG of the body, its supports and objects at several instants.
 
     Everything is projected horizontally; near parts are drawn over far ones.
 
@@ -84,6 +87,7 @@ def strip_svg(
         view: One of :data:`~plantigrade.pages.camera.VIEWS`, at eye level.
         human: Person whose skin is drawn in place of the solids.
         x_ray: Whether the bones of the feet are seen through the skin.
+        objects: Objects beside the body, in every frame.
     """
     indices = [int(i) for i in indices]
     if not indices or min(indices) < 0 or max(indices) >= len(qpos):
@@ -103,6 +107,8 @@ def strip_svg(
         for picture, ghost in zip(pictures, ghosts, strict=True):
             picture.put_behind(ghost, opacity=0.4)
     centre = com @ along
+    for picture, middle, frame in zip(pictures, com, indices, strict=True):
+        _put_objects(picture, objects, frame, middle, camera)
     _put_boards(pictures, centre, _boards(model, camera))
     places, spacing, (low, high) = _places(pictures, centre)
     top = max(p.top for p in pictures) + 0.06
@@ -234,6 +240,28 @@ def _boards(model: mujoco.MjModel, camera: Camera) -> list[_Picture]:
         )
         found.append(_Picture([board], float(a), float(b), -float(top)))
     return found
+
+
+def _put_objects(
+    picture: "_Picture",
+    objects: Sequence[Placed],
+    frame: int,
+    centre: Float[Array, " 3"],
+    camera: Camera,
+) -> None:
+    """Put the objects that are there in a frame behind or before the body."""
+    here = [replace(each, pose=each.pose[[frame]]) for each in objects]
+    here = [each for each in here if np.isfinite(each.pose).all()]
+    behind, before, seen = object_layers(here, Shot(centre[None], camera, STILL, "t", UNITS))
+    x, y = camera.project(centre[None])[0]
+    (left, top), (right, _) = seen.min(axis=0) / UNITS, seen.max(axis=0) / UNITS
+    move = f'<g transform="translate({x:.3f} {y:.3f}) scale({1 / UNITS:g})">'
+    extent = x + float(left), x + float(right), -y - float(top)
+    if behind:
+        picture.put_behind(_Picture([move, *behind, "</g>"], *extent))
+    if before:
+        picture.put_behind(_Picture([], *extent))  # for the extent
+        picture.elements += [move, *before, "</g>"]
 
 
 @dataclass(frozen=True, eq=False)

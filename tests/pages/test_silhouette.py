@@ -1,6 +1,7 @@
 """Outlines of surfaces: their extent, their splines, and the dressed figure in strips."""
 
 import re
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -8,11 +9,14 @@ import pytest
 
 from plantigrade import Human
 from plantigrade.charts import theme
+from plantigrade.contact.scene_object import SceneObject
+from plantigrade.pages.animated_ground import WOOD
 from plantigrade.pages.camera import Camera
 from plantigrade.pages.scene import poses
 from plantigrade.pages.silhouette import aligned, silhouettes, spline_data
 from plantigrade.pages.skin_figure import PARTS, SkinFigure
 from plantigrade.pages.strip import strip_svg
+from plantigrade.record.things import Placed
 
 GRAIN = 0.002  # [m]
 
@@ -107,6 +111,25 @@ def test_a_strip_of_a_person_is_dressed_in_the_colours_of_the_sides(person):
     assert len(set(names)) == len(names)
     assert svg.count('<g opacity=".4">') == 2 and theme.REFERENCE in svg
     assert len(svg) < len(strip_svg(person.model, qpos, [0, 2], view="front", behind=qpos))
+
+
+def test_objects_of_a_strip_are_before_or_behind_the_person(person):
+    qpos = person.standing()[None]
+    pose = np.tile([0.5, 0.0, 0.2, 1.0, 0.0, 0.0, 0.0], (1, 1))
+    box = Placed(SceneObject("box", "box", (0.2, 0.2, 0.2)), pose)
+
+    def drawn(view, objects):
+        svg = strip_svg(person.model, qpos, [0], human=person, view=view, objects=objects)
+        ElementTree.fromstring(svg)
+        return svg
+
+    views = ("front", "back", "side")
+    last = {view: drawn(view, [box]).rfind(WOOD) for view in views}
+    limb = {view: drawn(view, [box]).rfind(theme.SKIN["sleeve_r"]) for view in views}
+    assert last["front"] > limb["front"] and -1 < last["back"] < limb["back"]
+    assert -1 < last["side"] < limb["side"]
+    absent = replace(box, pose=np.full((1, 7), np.nan))
+    assert drawn("front", [absent]) == drawn("front", [])
 
 
 def test_an_x_ray_of_a_strip_shows_bones(person):
