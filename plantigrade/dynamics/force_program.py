@@ -20,7 +20,7 @@ from plantigrade.dynamics.force_rows import N_GLOBAL, Layout, PathPrior, limits,
 from plantigrade.dynamics.load_intervals import Support, completed, usual_length
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.quadratic import solve_quadratic
-from plantigrade.dynamics.required_forces import RequiredForces
+from plantigrade.dynamics.required_forces import MIN_LEVEL_DIFFERENCE, RequiredForces
 from plantigrade.models import Human
 from plantigrade.motion.filters import runs
 
@@ -45,6 +45,10 @@ COP_FORWARD_SPREAD = (
     (0.012, 0.009, 0.008, 0.008, 0.005, 0.012, 0.022),
 )
 COP_OUTWARD_SPREAD = ((0.0, 0.2, 0.4, 0.6, 0.8, 1.0), (0.007, 0.006, 0.005, 0.006, 0.004, 0.012))
+# Mean share of the rear foot in the vertical force over a double support, from the start of the
+# front foot's contact interval to the end of the rear foot's; eight of the same three people.
+TRANSFER_PHASE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
+REAR_SHARE = (0.98, 0.90, 0.78, 0.66, 0.54, 0.43, 0.315, 0.21, 0.12, 0.04, 0.0)
 FLAT_FOOT_COP = (0.02, 0.009)  # lateral position for a flat foot [foot lengths] and its SD [m]
 SEAT_BENDING = 5.0  # [1] factor of the curvature of forces near seat-off and seat-on
 SEAT_BENDING_TIME = 0.1  # [s] duration of this factor
@@ -53,6 +57,9 @@ ABRUPT_BENDING = 3.0
 # [1] minimum decrease of the misfit for this factor, in squared standard deviations of independent
 # rows; six recordings gain up to 6, with 1 mm and 0.3° of noise up to 10, abrupt transfers 10 to 50
 MIN_MISFIT_GAIN = 12.0
+# [1] vertical noise of the net force in other movements and running relative to walking; settled on
+# the squats, chair and jumps of one person
+OTHER_SWAY = 1.5
 MISFIT_MARGIN = 0.03  # [s] margin of a double support for its misfit
 MOTION_BLOCKS = ("force", "moment", "noise", "path", "side", "free")  # rows of motion and feet
 # [m] standard deviation of the centre of pressure on a seat, forward and lateral
@@ -65,7 +72,8 @@ class ForceScales:
 
     force: tuple[float, float, float] = (0.005, 0.005, 0.01)  #: Net force [BW]
     moment: float = 0.004  #: Net moment about the centre of mass [BW m]
-    sway: tuple[float, float, float] = (0.02, 0.02, 0.025)  #: Noise of the net force [BW]
+    #: Noise of the net force [BW]; the vertical one is 1.5 times as large outside walking
+    sway: tuple[float, float, float] = (0.02, 0.02, 0.016)
     turn: float = 0.01  #: Noise of the net moment [BW m]
     shift: tuple[float, float, float] = (0.012, 0.012, 0.005)  #: Shift of the centre of mass [m]
     rate: float = 0.7  #: Rate of joint moments [BW m/s]
@@ -77,6 +85,9 @@ class ForceScales:
     path: float = 1.5  #: Deviation of the centre of pressure from its mean path, in its SD [1]
     side: float = 0.02  #: Deviation of the lateral force from its mean [BW]
     offset: tuple[float, float] = (0.010, 0.010)  #: Constant offset of a foot's path [m]
+    #: Deviation of the load of a foot from its usual share in double support [BW]: events are known
+    #: to 10 ms, in which a fifteenth of the weight changes feet
+    share: float = 0.06
     effort: float = np.inf  #: Joint moments relative to strength [1]
     loading: float = 20.0  #: Maximum rate of loading after contact [BW/s]
     pace: float = 1.0  #: Ratio of the motion's frequencies to those of walking [1]
@@ -96,6 +107,9 @@ class ForceScales:
         and jumpers reaches 100 BW/s.
         """
         usual = cls(effort=np.inf if walks else 1.0)
+        if walks and pace == 1.0:
+            return usual
+        usual = replace(usual, sway=(*usual.sway[:2], OTHER_SWAY * usual.sway[2]))
         if pace == 1.0:
             return usual
         return replace(
@@ -185,12 +199,13 @@ class ForceProgram:
         scale |= {f"noise{i}": v for i, v in enumerate(sway)}
         scale |= {f"bend{i}": v for i, v in enumerate((*s.bend, *s.twist))}
         scale |= {"free": s.free, "path_x": s.path, "path_y": s.path, "side": s.side}
+        scale["share"] = s.share
         scale |= {"shear0": s.shear, "shear1": s.shear}
         for name, rows in self.blocks.items():
             usual = s.effort if name.startswith("effort") else s.rate
             w[rows] = np.sqrt(self.dt) / scale.get(name, usual)
         for name, rows in self.blocks.items():
-            if name.startswith(("bend", "rate")):
+            if name.startswith(("bend", "rate", "share")):
                 w[rows] /= self.bending[self.place[name][0]]
         for name, rows in self.blocks.items():
             if not name.startswith(("bend", "noise", "free", "shift", "offset")):
@@ -369,7 +384,30 @@ def _contact_frames(needs: RequiredForces, contacts, supports, scales: ForceScal
             side[here, k] = -outward * np.interp(s, STANCE_SHARE, FORCE_INWARD)
             ahead = needs.rotation[here, :2, 0].mean(axis=0)
             forward[here, k] = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
-    return contact, ramp, PathPrior(mean, spread, side, forward)
+    share = _usual_shares(needs, contacts, scales)
+    return contact, ramp, PathPrior(mean, spread, side, forward, share)
+
+
+def _usual_shares(needs: RequiredForces, contacts, scales: ForceScales) -> np.ndarray:
+    """Return the usual shares of both feet in the load of double supports of a walk (n, 2).
+
+    They are unknown in running and in a recording with steps.
+    """
+    time, found = needs.time, np.full((len(needs.time), 2), np.nan)
+    level = bool(np.ptp(needs.base[:, :2, 2]) < MIN_LEVEL_DIFFERENCE)
+    steps = [c for c in contacts if c.rolls and level and scales.pace == 1.0]
+    for rear in steps:
+        for front in steps:
+            if rear.side == front.side or not (front.begins and rear.ends):
+                continue
+            if not rear.start < front.start < rear.stop < front.stop:
+                continue
+            phase = (time - front.start) / (rear.stop - front.start)
+            here = (phase >= 0.0) & (phase <= 1.0)
+            share = np.interp(phase[here], TRANSFER_PHASE, REAR_SHARE)
+            found[here, SIDES.index(rear.side)] = share
+            found[here, SIDES.index(front.side)] = 1.0 - share
+    return found
 
 
 def _told(data: FootForces, needs: RequiredForces):

@@ -105,7 +105,7 @@ class Layout:
 
 @dataclass(frozen=True)
 class PathPrior:
-    """Mean path of the centre of pressure and mean lateral force in walking."""
+    """Mean path of the centre of pressure, lateral force and load transfer in walking."""
 
     #: Centre of pressure from the base in the support's heading, forward and left [m]; NaN if
     #: unknown
@@ -113,6 +113,8 @@ class PathPrior:
     spread: Float[Array, "n k 2"]  #: Standard deviation [m]
     side: Float[Array, "n k"]  #: Force to the left in straight walking [BW]; NaN if unknown
     forward: Float[Array, "n k 2"]  #: Horizontal unit vectors of the walking direction
+    #: Mean share of each foot in the load of both in double support [1]; NaN elsewhere
+    share: Float[Array, "n 2"]
 
 
 def objective(needs: RequiredForces, layout: Layout, path: PathPrior, *, effort: bool) -> Rows:
@@ -166,6 +168,7 @@ def objective(needs: RequiredForces, layout: Layout, path: PathPrior, *, effort:
         rows.add(f"bend{i}", np.zeros(int(some.sum())), (trio[some], values), place=place)
     _path(rows, needs, layout, path)
     _side(rows, needs, layout, path)
+    _share(rows, layout, path)
     return rows
 
 
@@ -249,6 +252,20 @@ def _side(rows: Rows, needs: RequiredForces, layout: Layout, path: PathPrior) ->
     lx, ly = left[here].T[..., None]
     x, y, place = lx / width[:, None], ly / width[:, None], np.stack(np.nonzero(here))
     rows.add("side", mean[here] / width, (c[0], x), (c[1], y), place=place)
+
+
+def _share(rows: Rows, layout: Layout, path: PathPrior) -> None:
+    """Add the deviation of the load of each foot from its mean share in double support."""
+    some = np.isfinite(path.share).all(axis=1) & (layout.start[:, :2] >= 0).all(axis=1)
+    if not some.any():
+        return
+    right, left = (layout.columns(2)[some, k, None] for k in (0, 1))
+    share = path.share[some, :, None]
+    frames = np.flatnonzero(some)
+    place = np.stack([frames, np.zeros(len(frames), int)])
+    rows.add(
+        "share", np.zeros(len(frames)), (right, share[:, 1]), (left, -share[:, 0]), place=place
+    )
 
 
 def _usual_load(needs: RequiredForces, layout: Layout) -> np.ndarray:

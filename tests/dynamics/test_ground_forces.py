@@ -171,7 +171,9 @@ def test_in_a_turn_the_usual_force_to_the_side_weighs_less(human):
         contact = np.ones((60, 2), bool)
         ahead = np.tile([1.0, 0.0], (60, 2, 1))
         nowhere = np.full((60, 2, 2), np.nan)
-        prior = PathPrior(nowhere, np.ones((60, 2, 2)), np.zeros((60, 2)), ahead)
+        prior = PathPrior(
+            nowhere, np.ones((60, 2, 2)), np.zeros((60, 2)), ahead, np.full((60, 2), np.nan)
+        )
         rows = objective(needs, Layout.of(contact), prior, effort=False)
         A, _ = rows.system()
         weights.append(np.abs(A[rows.blocks["side"]]).max())
