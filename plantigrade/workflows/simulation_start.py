@@ -11,7 +11,8 @@ from plantigrade.analyze.plausibility import Plausibility
 from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array
 from plantigrade.contact.ground import Ground
-from plantigrade.contact.site import ContactSite
+from plantigrade.contact.limb_sites import HAND_PART, KNEE_PART
+from plantigrade.contact.site import CHAIR_PART, ContactSite
 from plantigrade.control import Situation, controller_named
 from plantigrade.control.balance import MotionReference, feasible_motion, script_named, scripted
 from plantigrade.control.choices import SCRIPTED
@@ -43,6 +44,7 @@ from plantigrade.world import (
 from plantigrade.world.recorded_wrench import recorded_wrenches
 
 LEARNED_WALK = 10.0  # [s] default duration of the walk of a policy
+LIMB_PARTS = (HAND_PART, KNEE_PART, CHAIR_PART)  # parts of sites besides those of feet
 MAX_START_DEPTH = 0.3  # Largest depth of the feet below the ground at the start [m]. Chosen.
 
 
@@ -77,7 +79,8 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
     The walk of a pendulum starts with the stride that it repeats.
 
     Raises:
-        ParameterError: If a run and a person are given, or it starts below its ground.
+        ParameterError: If a run and a person are given, it starts below its ground, or it rests on
+            knees, hands or seat on the floor.
         FileError: If a file or run cannot be read.
         FitError: If a recording cannot be fitted.
     """
@@ -213,6 +216,7 @@ def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Sta
         raise ParameterError(
             f"the motion starts {sunk:.2f} m below its ground; give a run whose feet are on it"
         )
+    _require_feet_and_seats(record)
     files = {} if folder is None else source_files([folder / METRICS])
     return Start(
         record.human,
@@ -247,6 +251,21 @@ def _of_trial(name: str, trial: Trial, origin: Provenance) -> Start:
     return Start(
         record.human, record.ground, stem, origin, record.motion, sites, None, record.notes, record
     )
+
+
+def _require_feet_and_seats(record: Record) -> None:
+    """Raise for a motion that kneels, or rests hands or seat on the floor."""
+    seats = {seat.site for seat in record.ground.seats}
+    others = [
+        site.name
+        for site in record.sites
+        if site.part in LIMB_PARTS and not site.measured and site.name not in seats
+    ]
+    if others:
+        raise ParameterError(
+            f"this motion rests on {', '.join(others)} on the floor, and controllers know only of "
+            "feet, seats and supports; give a motion that does not"
+        )
 
 
 def _carriers(record: Record) -> tuple[ContactSite, ...]:

@@ -9,9 +9,10 @@ import pytest
 
 import plantigrade as pg
 from plantigrade.commands import main as cli
+from plantigrade.contact.limb_sites import limb_site
 from plantigrade.control.balance import BalanceSettings
 from plantigrade.errors import ParameterError
-from plantigrade.record import Run
+from plantigrade.record import Record, Run
 from plantigrade.workflows.live import prepare
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import Controller, Summary, Torque
@@ -231,6 +232,14 @@ def test_who_starts_deep_below_the_ground_is_refused():
     record = replace(run.record, motion=replace(run.record.motion, qpos=qpos))
     with pytest.raises(ParameterError, match="starts 5.00 m below its ground"):
         pg.simulate(replace(run, record=record))
+
+
+def test_a_motion_that_rests_on_a_knee_is_refused():
+    run = Run.load(STORED / "side-step")
+    knee = limb_site(run.record.human, "knee_l")
+    kneels = Record(run.record.human, run.record.motion, sites=(knee,))
+    with pytest.raises(ParameterError, match="rests on knee_l"):
+        pg.simulate(replace(run, record=kneels))
 
 
 def test_a_run_has_its_own_person(folder):
