@@ -26,6 +26,7 @@ LAYERS = (
         "locks",
         "notes",
         "options",
+        "side_names",
         "signatures",
         "threads",
         "toml",

@@ -11,9 +11,9 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool
 from plantigrade.kinematics.posture import LIMIT_TOLERANCE
-from plantigrade.models.skeleton import split_side
 from plantigrade.motion.cycles import PERCENT, Cycle
 from plantigrade.record import Record
+from plantigrade.side_names import split_side
 
 MIN_SHARE = 5.0
 """Share of frames above which a joint is reported [%]."""

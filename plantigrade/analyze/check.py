@@ -38,9 +38,9 @@ from plantigrade.analyze.verdict import Measure, Slip, Verdict
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.site import PUSH_PART
 from plantigrade.errors import ParameterError
-from plantigrade.models.skeleton import split_side
 from plantigrade.record import Record, Run
 from plantigrade.record.moving_ground import GroundPath
+from plantigrade.side_names import split_side
 
 _LEAST_FRICTION = 1e-3  # [1] friction of a support below which its check goes no further down
 _SAME_POINT = 1e-4  # [m] distance below which a sphere and a site are the same point

@@ -15,8 +15,8 @@ import numpy as np
 from plantigrade.analyze.norms import unit_of
 from plantigrade.analyze.pooled_gait import Gait
 from plantigrade.arrays import Array, Float, Int
-from plantigrade.charts.labels import without_side
 from plantigrade.motion.cycles import PERCENT
+from plantigrade.side_names import without_side
 
 MIN_TRIALS = 3
 """Minimum number of trials, or of cycles, of each gait for a test; two have no reliable spread."""

@@ -9,10 +9,10 @@ from plantigrade.analyze.foot_progression import MIN_DISPLACEMENT
 from plantigrade.analyze.laboratory_angles import marker_angles
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.models.skeleton import split_side
 from plantigrade.motion import Table
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, frames_near, normalise_cycles
 from plantigrade.record import Record
+from plantigrade.side_names import split_side
 from plantigrade.spatial.conventions import PELVIS, quaternion_to_pelvis_angles, turned
 
 MAX_STRAIGHT_HEADING = np.deg2rad(10.0)

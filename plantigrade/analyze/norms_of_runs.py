@@ -11,11 +11,11 @@ from plantigrade.analyze.feet import progress_in_stance
 from plantigrade.analyze.norms import Population
 from plantigrade.analyze.own_norms import NAMES, own_population, read_norms_file
 from plantigrade.arrays import Array, Float
-from plantigrade.charts.labels import without_side
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.record import Record, Run
 from plantigrade.record.metrics import METRICS
 from plantigrade.record.run import MOTION
+from plantigrade.side_names import without_side
 
 MIN_PEOPLE = 2  # Minimum number of people for a standard deviation
 

@@ -8,7 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.models import Human
-from plantigrade.models.skeleton import split_side
+from plantigrade.side_names import split_side
 
 SOLID_GROUP = 1  # Geom group of the solids of the body
 

@@ -25,11 +25,12 @@ import numpy as np
 
 from plantigrade.analyze.norms import Population
 from plantigrade.arrays import Array
-from plantigrade.charts.labels import COORDINATES, without_side
+from plantigrade.charts.labels import COORDINATES
 from plantigrade.errors import FileError, did_you_mean
 from plantigrade.io.text import read_text
 from plantigrade.io.writing import csv_text
 from plantigrade.motion.cycles import PERCENT
+from plantigrade.side_names import without_side
 
 HEADER = ("variable", "percent", "mean", "sd")
 MAX_FILE_SIZE = 20e6  # [bytes]

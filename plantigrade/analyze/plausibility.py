@@ -23,7 +23,6 @@ from plantigrade.analyze.force_agreement import (
 from plantigrade.analyze.frame_rate import rate_doubt
 from plantigrade.analyze.standing_feet import sway_doubt
 from plantigrade.analyze.trial import CUTOFF, Trial
-from plantigrade.charts.labels import without_side
 from plantigrade.constants import SIDES
 from plantigrade.data_files import named_numbers
 from plantigrade.dynamics.ball_joints import BallJoint
@@ -32,6 +31,7 @@ from plantigrade.kinematics.shoulders import arms_of
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.printable import listed
+from plantigrade.side_names import without_side
 
 WARNING_RESIDUAL = 0.1
 """RMS root residual over the frames with measured forces on both feet, above which a warning is

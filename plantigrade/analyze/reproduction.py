@@ -22,12 +22,12 @@ from plantigrade.kinematics.sole_paths import SitePoints, SolePaths
 from plantigrade.kinematics.state import sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
-from plantigrade.models.skeleton import split_side
 from plantigrade.motion import Motion
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise
 from plantigrade.motion.resample import interpolate
 from plantigrade.ordered_tasks.phases import Phase
 from plantigrade.record import Record
+from plantigrade.side_names import split_side
 from plantigrade.spatial.conventions import quaternion_to_pelvis_angles
 
 ROTATIONS = (

@@ -11,11 +11,11 @@ from plantigrade.analyze.curve_difference import CurveDifference, curve_differen
 from plantigrade.analyze.curve_figures import FigureDifference, figure_differences
 from plantigrade.analyze.norms import unit_of
 from plantigrade.analyze.pooled_gait import CURVES, Affected, Gait, gait_of, pooled, sides_of
-from plantigrade.charts.labels import without_side
 from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import PERCENT
 from plantigrade.record import Run
+from plantigrade.side_names import without_side
 
 MEASURES = (
     *(

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from plantigrade.data_files import csv_rows
+from plantigrade.side_names import without_side
 
 
 @dataclass(frozen=True)
@@ -18,32 +19,6 @@ class Label:
 COORDINATES = {row.name: row for row in csv_rows("plantigrade.charts", "coordinates.csv", Label)}
 SPAN = {"°": 10.0, "N m": 10.0, "N m/kg": 0.2, "W/kg": 0.2, "BW": 0.1}
 """Minimum span of the vertical axis, by unit; a smaller one would magnify noise."""
-
-
-def side_of(name: str) -> str | None:
-    """Return ``"r"`` or ``"l"`` of a body, joint or marker-like ``name``; None for the middle.
-
-    Example:
-        >>> side_of("knee_angle_r"), side_of("lumbar_extension"), side_of("calcn_l_moment")
-        ('r', None, 'l')
-    """
-    parts = name.lower().replace("/", "_").replace("-", "_").split("_")
-    for word, side in (("r", "r"), ("l", "l"), ("right", "r"), ("left", "l")):
-        if word in parts:
-            return side
-    return None
-
-
-def without_side(name: str) -> str:
-    """Return ``name`` without its side.
-
-    Example:
-        >>> without_side("knee_angle_r"), without_side("hip_flexion_l_moment")
-        ('knee_angle', 'hip_flexion_moment')
-    """
-    parts = name.split("_")
-    kept = [part for part in parts if part.lower() not in ("r", "l", "right", "left")]
-    return "_".join(kept) or name
 
 
 def title_of(name: str) -> str:

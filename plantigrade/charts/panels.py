@@ -6,11 +6,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.charts.labels import SPAN, axis_label, side_of, title_of, without_side
+from plantigrade.charts.labels import SPAN, axis_label, title_of
 from plantigrade.charts.lines import line_plot
 from plantigrade.charts.marks import Series
 from plantigrade.charts.theme import DOTTED, STROKES
 from plantigrade.constants import SIDE_NAMES
+from plantigrade.side_names import side_of, without_side
 
 FIRST_PANELS = ("hip_flexion", "knee_angle", "ankle_angle", "pelvis_tilt", "lumbar_extension")
 

@@ -26,6 +26,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.data_files import named_numbers
 from plantigrade.models.coordinates import REFERENCE_HEIGHT, REFERENCE_MASS
+from plantigrade.side_names import split_side
 
 STIFFNESS = named_numbers("plantigrade.dynamics", "stiffness.csv")
 """Stiffness about zero [N m/rad] for the reference mass and height."""
@@ -56,8 +57,8 @@ def passive_moments(names: Sequence[str], q: Any, qd: Any, factor: float = 1.0) 
     exp = _exponential(q)
     moments: list[Any] = []
     for i, name in enumerate(names):
-        stem, side = (name[:-2], name[-2:]) if name[-2:] in ("_r", "_l") else (name, "")
-        sagittal = [f"{s}{side}" for s in SAGITTAL]
+        stem, side = split_side(name)
+        sagittal = [f"{s}_{side}" for s in SAGITTAL]
         if stem in SAGITTAL and all(s in at for s in sagittal):
             H, K, A = (q[at[s]] * _DEG for s in sagittal)
             terms, offset = _terms(H, K, A)[SAGITTAL.index(stem)]

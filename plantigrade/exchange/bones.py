@@ -18,7 +18,8 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.models.human import require_scaled
 from plantigrade.models.landmarks import attachments
-from plantigrade.models.skeleton import all_parts, split_side
+from plantigrade.models.skeleton import all_parts
+from plantigrade.side_names import split_side
 
 _TREE = toml_tree("plantigrade.exchange", "bones.toml")
 _ENDS: dict[str, str] = _TREE["ends"]

@@ -29,10 +29,10 @@ from plantigrade.constants import SIDES
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.io.writing import write_text
 from plantigrade.models.mirror import mirror_sign
-from plantigrade.models.skeleton import split_side
 from plantigrade.motion.cycles import PERCENT, Cycle
 from plantigrade.motion.views import TRANSLATIONS
 from plantigrade.record import Record, Run
+from plantigrade.side_names import split_side
 from plantigrade.spatial.conventions import PELVIS
 
 OVER = ("time", "cycles", "mean")

@@ -46,6 +46,7 @@ from plantigrade.models import Dimensions, Human
 from plantigrade.models.anatomy import usual_lumbar_depth
 from plantigrade.models.landmarks import BONE_SPREAD, JOINT_CENTRE_SPREAD, Attachment, attachments
 from plantigrade.models.markers import side_of
+from plantigrade.side_names import split_side
 
 NOISE = 0.008  # [m] standard deviation of a marker on bone, from skin motion and measurement
 # [1] multiple of NOISE for markers on soft tissue, which moves most at thigh and upper arm
@@ -138,7 +139,7 @@ class Calibrator:
             self.rest, self.noise = prior.rest, max(NOISE, prior.noise)
             spread = np.minimum(spread, prior.spread)
         self.posture_weight = 1 / spread**2
-        marks = [(n or "").removesuffix("_r").removesuffix("_l") for n in self.landmark_names]
+        marks = [split_side(n or "")[0] for n in self.landmark_names]
         # A marker on the sacrum stands for the posterior spines where they have none.
         defining = {"asis", "psis" if "psis" in marks else "sacrum"}
         # Without those, markers on a belt are the best there is.

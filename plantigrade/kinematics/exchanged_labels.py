@@ -38,6 +38,7 @@ from plantigrade.models.landmarks import BONE_SPREAD, Attachment
 from plantigrade.models.parts import MIRROR
 from plantigrade.motion import Markers
 from plantigrade.motion.distances import distances
+from plantigrade.side_names import split_side
 
 TRUNK_BODIES = {"pelvis", "abdomen", "torso", "lower_thorax", "thorax", "clavicle_r", "clavicle_l"}
 # bodies that rotate freely about their length
@@ -290,7 +291,7 @@ def _usual(spread: Float[Array, " n"]) -> float:
 def _twins(known: Landmarks) -> Bool[Array, "n n"]:
     """Return the pairs of the same point on the left and the right limb."""
     body = np.array([p.body for p in known.places])
-    segment = np.array([name[:-2] if name.endswith(("_r", "_l")) else name for name in body])
+    segment = np.array([split_side(name)[0] for name in body])
     position = np.array([p.position for p in known.places])
     twin = np.abs(position[:, None] * MIRROR - position).max(axis=-1) < 1e-6
     return twin & (segment[:, None] == segment) & (body[:, None] != body)

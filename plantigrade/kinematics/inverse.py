@@ -23,6 +23,7 @@ from plantigrade.data_files import named_numbers
 from plantigrade.kinematics.shoulders import Hold
 from plantigrade.kinematics.state import PointSet, State, integrate
 from plantigrade.models import Human
+from plantigrade.side_names import split_side
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 
 MIN_POINTS = 3  # [1] minimum number of measured points that determine the root
@@ -52,7 +53,7 @@ def posture_weights(points: PointSet) -> Float[Array, " n_hinges"]:
     driven &= human.feet == "multi-segment"
     weights = np.full(len(human.coordinates), POSTURE_WEIGHT)
     for i, name in enumerate(human.coordinates):
-        usual = SMALL_JOINTS.get(name.removesuffix("_r").removesuffix("_l"))
+        usual = SMALL_JOINTS.get(split_side(name)[0])
         if usual is not None and not (driven[i] and name.startswith(_FOOT_JOINTS)):
             weights[i] = (_NOISE / usual) ** 2
     return weights

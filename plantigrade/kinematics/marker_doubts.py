@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.charts.labels import without_side
 from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.leg_segments import segment_of_leg
 from plantigrade.kinematics.state import PointSet
@@ -15,6 +14,7 @@ from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import other_side
 from plantigrade.motion.filters import runs
 from plantigrade.printable import listed
+from plantigrade.side_names import without_side
 
 MIN_UNSEEN_TIME = 0.2  # [s] gap in which a joint turns by some degrees
 MAX_SLIP = 0.010

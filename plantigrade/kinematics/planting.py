@@ -15,6 +15,7 @@ from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
 from plantigrade.kinematics.sole_rests import ContactFrames, find_rests
 from plantigrade.models import Human
 from plantigrade.motion.blends import cubic_rise
+from plantigrade.side_names import split_side
 
 FADE_TIME = 0.12  # [s] time of a foot to settle on the ground and to leave it
 MAX_DRIFT = 0.03  # [m] maximum drift of a foot at rest for a second; more is sliding or pivoting
@@ -122,7 +123,7 @@ def _planting_solver(human: Human, contact: SolePaths, spread: Mapping[str, floa
     if spread is not None:
         held = [_PELVIS_WEIGHT] * 4 + [0.0] * 2
         usual = float(np.deg2rad(5.0))
-        plain = [c.removesuffix("_r").removesuffix("_l") for c in human.coordinates]
+        plain = [split_side(c)[0] for c in human.coordinates]
         wide = np.array([spread.get(name, usual) for name in plain])
         solver.posture = (_SOLE_ERROR / wide) ** 2
     return solver, np.array(held)

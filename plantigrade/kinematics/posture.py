@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.charts.labels import without_side
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.models import Human
 from plantigrade.models.anatomy import SPINE_PLANE, hip, lumbar
 from plantigrade.models.landmarks import BONE_SPREAD, SKIN_SPREAD, Attachment, attachments
 from plantigrade.printable import listed
+from plantigrade.side_names import without_side
 from plantigrade.spatial.conventions import PELVIS
 
 MAX_FRAMES = 200  # [1] maximum number of evaluated frames, evenly spread

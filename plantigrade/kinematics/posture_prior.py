@@ -15,6 +15,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.keypoint_noise import BonesOfVideo
 from plantigrade.models import Human
+from plantigrade.side_names import split_side
 
 # [rad] usual angle and its standard deviation, by coordinate without its side. Angles are those of
 # standing and, of the forearm, of hanging arms; the lumbar extension of three people who walk is 2°
@@ -49,7 +50,7 @@ class PosturePrior:
         rest = human.standing()[7:].copy()
         spread = np.full(len(rest), np.inf)
         for i, name in enumerate(human.coordinates):
-            plain = name.removesuffix("_r").removesuffix("_l")
+            plain, _ = split_side(name)
             if plain in USUAL:
                 rest[i], spread[i] = USUAL[plain]
         return cls(rest, spread, video.noise, video.lengths)

@@ -26,6 +26,7 @@ from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.models.upper_body import TRUNK_TILT, swing_scale, upper_body
 from plantigrade.printable import joined
+from plantigrade.side_names import split_side
 from plantigrade.spatial.conventions import (
     pelvis_angles_to_quaternion,
     quaternion_to_pelvis_angles,
@@ -94,7 +95,7 @@ def follow_the_legs(
         seen: Which hinges were measured.
     """
     qpos, hidden = np.array(qpos), set(unmeasured(human, seen))
-    if not any(_plain(name) in every for name in hidden for every in PARTS.values()):
+    if not any(split_side(name)[0] in every for name in hidden for every in PARTS.values()):
         return qpos
     legs = leg_swing(human, time, qpos, seen)
     usual, share = upper_body(legs.phase, legs.speed, runs=legs.runs), swing_scale(legs.speed)
@@ -177,7 +178,9 @@ def leg_swing(
 def bodies_of(human: Human, names: Sequence[str]) -> set[str]:
     """Return the bodies of trunk, head and arms that some of these coordinates move."""
     model, found = human.model, set()
-    joints = [n for n in names if _plain(n) in sum(PARTS.values(), ()) and n in human.coordinates]
+    joints = [
+        n for n in names if split_side(n)[0] in sum(PARTS.values(), ()) and n in human.coordinates
+    ]
     moved = {int(model.joint(name).bodyid[0]) for name in joints}
     for body, name in enumerate(human.body_names, start=1):
         if body in moved or int(model.body_parentid[body]) in moved:
@@ -188,7 +191,7 @@ def bodies_of(human: Human, names: Sequence[str]) -> set[str]:
 
 def body_part_names(names: Sequence[str]) -> str:
     """Return the parts of the body to which coordinates belong: ``"the trunk and the arms"``."""
-    there = {_plain(name) for name in names}
+    there = {split_side(name)[0] for name in names}
     return joined([f"the {part}" for part, every in PARTS.items() if there & set(every)])
 
 
@@ -254,7 +257,3 @@ def _smooth(time, values, width: float) -> np.ndarray:
     frames = width * (len(time) - 1) / (time[-1] - time[0])
     bell = partial(gaussian_filter1d, sigma=frames, mode="constant")
     return bell(np.asarray(values, float)) / bell(np.ones(len(time)))
-
-
-def _plain(name: str) -> str:
-    return name.removesuffix("_r").removesuffix("_l")

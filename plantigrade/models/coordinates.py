@@ -24,6 +24,7 @@ import numpy as np
 
 from plantigrade.data_files import toml_tree
 from plantigrade.errors import CoordinateNotFound, known_names
+from plantigrade.side_names import split_side
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ def coordinate_of(name: str) -> Coordinate:
     Raises:
         CoordinateNotFound: If there is none of that name.
     """
-    plain = name[:-2] if name.endswith(("_r", "_l")) else name
+    plain, _ = split_side(name)
     if plain not in COORDINATES:
         raise CoordinateNotFound(f"no coordinate {name!r}; {known_names(name, list(COORDINATES))}")
     return COORDINATES[plain]

@@ -8,7 +8,8 @@ import numpy as np
 
 from plantigrade.constants import FRICTION, GRAVITY
 from plantigrade.models.parts import Inertia, Solid
-from plantigrade.models.skeleton import Body, Skeleton, split_side
+from plantigrade.models.skeleton import Body, Skeleton
+from plantigrade.side_names import split_side
 
 _T = TypeVar("_T")
 _COLOURS = {"r": "0.80 0.36 0.30 1", "l": "0.27 0.47 0.72 1", "": "0.78 0.74 0.68 1"}

@@ -11,6 +11,7 @@ from plantigrade.models.coordinates import COORDINATES, REFERENCE_HEIGHT, REFERE
 from plantigrade.models.feet import foot_parts
 from plantigrade.models.joint_sets import moving_parts
 from plantigrade.models.parts import Inertia, Part, SoleSphere, Solid, combine
+from plantigrade.side_names import split_side
 
 
 @dataclass(frozen=True)
@@ -67,11 +68,6 @@ class Skeleton:
             )
 
         return replace(self, bodies=tuple(map(moved, self.bodies)))
-
-
-def split_side(name: str) -> tuple[str, str]:
-    """Return a name without its side suffix, and the side (``"r"``, ``"l"`` or ``""``)."""
-    return (name[:-2], name[-1]) if name[-2:] in ("_r", "_l") else (name, "")
 
 
 def all_parts(

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.models import Human
+from plantigrade.models.mirror import mirrored_name
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 
 LEG_COORDINATES = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
@@ -94,8 +95,7 @@ def mirror(human: Human, qpos: Float[Array, "n nq"]) -> Float[Array, "n nq"]:
     image[:, [4, 6]] *= -1  # turns about x and z
     names = human.joint_names[1:]
     for i, name in enumerate(names):
-        if name.endswith(("_r", "_l")):
-            other = name[:-1] + ("l" if name.endswith("r") else "r")
+        if (other := mirrored_name(name)) != name:
             image[:, 7 + i] = qpos[:, 7 + names.index(other)]
         elif name.endswith(AXIAL_COORDINATES):
             image[:, 7 + i] *= -1

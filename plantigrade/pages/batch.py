@@ -12,7 +12,7 @@ from plantigrade.analyze.curves import LOADED_JOINTS
 from plantigrade.analyze.gait_profile import ANGLES, MIN_IMPORTANT_DIFFERENCE
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Ribbon, Series, histogram_plot, line_plot
-from plantigrade.charts.labels import SPAN, axis_label, side_of, title_of, without_side
+from plantigrade.charts.labels import SPAN, axis_label, title_of
 from plantigrade.charts.theme import STROKES
 from plantigrade.motion.cycles import PERCENT
 from plantigrade.notes import Repeated, repeated
@@ -20,6 +20,7 @@ from plantigrade.pages.section import Section, page_html
 from plantigrade.pages.shown import shown_in
 from plantigrade.pages.text import rounded_text
 from plantigrade.record.batch import BatchFolder, Row
+from plantigrade.side_names import side_of, without_side
 
 PAGE = "batch.html"
 MAX_TABLE_ROWS = 1_000

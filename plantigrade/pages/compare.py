@@ -16,7 +16,6 @@ from plantigrade.charts import Figure, Ribbon, Series, line_plot
 from plantigrade.charts.labels import SPAN, axis_label, title_of
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDE_NAMES
-from plantigrade.models.skeleton import split_side
 from plantigrade.motion.cycles import PERCENT
 from plantigrade.motion.filters import runs
 from plantigrade.pages.compare_figures import figure_section, verdict_of
@@ -24,6 +23,7 @@ from plantigrade.pages.section import Section, page_html
 from plantigrade.pages.sections.clinical import NAMES, OWN_SIDE, grid_of
 from plantigrade.pages.shown import shown_in
 from plantigrade.pages.text import rounded_text, signed_text
+from plantigrade.side_names import split_side
 
 COLOURS = ("var(--fg, #1c2430)", "#7e57c2", "#009e73", "#cc79a7", "#b07c00", "#56b4e9")
 """Colours of the gaits in order, repeated if there are more."""

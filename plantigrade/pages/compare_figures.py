@@ -5,9 +5,10 @@ import math
 from plantigrade.analyze.curve_figures import FigureDifference
 from plantigrade.analyze.norms import unit_of
 from plantigrade.analyze.run_comparison import RunComparison
-from plantigrade.charts.labels import side_of, title_of, without_side
+from plantigrade.charts.labels import title_of
 from plantigrade.pages.section import Section
 from plantigrade.pages.text import rounded_text, sided_title, signed_text
+from plantigrade.side_names import side_of, without_side
 
 SIGNIFICANT = 0.05  # Error probability below which a difference is set in bold
 UNITS = {"deg": ("°", 1), "N m/kg": ("N m/kg", 2), "body weight": ("BW", 2), "%": ("% of cycle", 0)}

@@ -7,13 +7,14 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
-from plantigrade.charts.labels import SPAN, side_of, title_of
+from plantigrade.charts.labels import SPAN, title_of
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.live.clock import Clock
 from plantigrade.live.frame import HISTORY_DURATION, Frame
 from plantigrade.live.session import Session
 from plantigrade.pages.contact_plate import Sole, plate_svg
 from plantigrade.pages.live_scene import weight_of
+from plantigrade.side_names import side_of
 from plantigrade.world import Target
 
 MAX_POINTS = 125  # of a curve: one for two pixels of its width

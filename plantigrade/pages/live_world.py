@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from threading import Event
 from typing import Any
 
-from plantigrade.charts.labels import side_of, title_of
+from plantigrade.charts.labels import title_of
 from plantigrade.control import CONTROLLERS
 from plantigrade.live.clock import Clock
 from plantigrade.live.frame import Frame
@@ -22,6 +22,7 @@ from plantigrade.pages.live_panel import control_values, curves_data, soles_of, 
 from plantigrade.pages.live_scene import frame_data, world_data
 from plantigrade.pages.page_server import PageServer
 from plantigrade.pages.viewer import SHARED_SCRIPTS, stage_html
+from plantigrade.side_names import side_of
 from plantigrade.world import World
 
 PANEL_INTERVAL = 8  # frames between updates of figures and curves

@@ -8,7 +8,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.charts import theme
-from plantigrade.charts.labels import side_of
+from plantigrade.side_names import side_of
 
 _KINDS = {
     int(getattr(mujoco.mjtGeom, f"mjGEOM_{name.upper()}")): "mesh" if name == "hfield" else name

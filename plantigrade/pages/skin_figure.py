@@ -12,6 +12,7 @@ from plantigrade.pages.camera import Camera
 from plantigrade.pages.scene import assumed_bodies
 from plantigrade.pages.silhouette import silhouettes
 from plantigrade.record import Record
+from plantigrade.side_names import split_side
 from plantigrade.skin import Skin
 from plantigrade.skin.dressed import DressedMesh, dressed_mesh
 
@@ -35,7 +36,7 @@ class Part:
     @property
     def side(self) -> str:
         """``"r"``, ``"l"``, or empty for the middle."""
-        return self.name[-1] if self.name[-2:] in ("_r", "_l") else ""
+        return split_side(self.name)[1]
 
     @property
     def is_foot(self) -> bool:

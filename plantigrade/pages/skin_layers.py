@@ -11,6 +11,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
+from plantigrade.models.mirror import mirrored_name
 from plantigrade.pages.bone_layers import bone_layers
 from plantigrade.pages.shapes import WHITE_SHARE, rgb, whiter
 from plantigrade.pages.silhouette import spline_data
@@ -58,7 +59,7 @@ def skin_layers(
     depths = {limb: float(np.mean([p.depth for p in parts])) for limb, parts in limbs.items()}
     layers = []
     for limb, parts in limbs.items():
-        depth, other = depths[limb], _other(limb)
+        depth, other = depths[limb], mirrored_name(limb)
         far = FAR_TONE if depth < depths[other] - BEYOND else 1.0
         bones = ""
         if x_ray and limb.startswith("leg"):
@@ -69,12 +70,6 @@ def skin_layers(
     ends = np.concatenate([each.outlines.reshape(-1, 2) for each in drawn]) * shot.per_metre
     extent = (*ends.min(axis=0), *ends.max(axis=0))
     return [markup for _, markup in sorted(layers, key=lambda layer: layer[0])], extent
-
-
-def _other(limb: str) -> str:
-    """Return the limb of the other side; the trunk has none."""
-    sides = {"_r": "_l", "_l": "_r"}
-    return limb[:-2] + sides[limb[-2:]] if limb[-2:] in sides else limb
 
 
 def _drawn(figure: SkinFigure, part: Part, shot: Shot) -> _Drawn:

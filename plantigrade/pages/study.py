@@ -10,12 +10,13 @@ import numpy as np
 from plantigrade.analyze.gait_study import FIGURES, MIN_GAITS, Study
 from plantigrade.analyze.reproduction import ROTATIONS, Comparison
 from plantigrade.charts import Figure
-from plantigrade.charts.labels import axis_label, side_of, without_side
+from plantigrade.charts.labels import axis_label
 from plantigrade.charts.theme import STROKES
 from plantigrade.pages.section import Section, page_html
 from plantigrade.pages.sections.recorded import pair_plot
 from plantigrade.pages.shown import shown_in
 from plantigrade.pages.text import rounded_text, sided_title, signed_text
+from plantigrade.side_names import side_of, without_side
 
 _TESTS = {"t": "Student", "wilcoxon": "Wilcoxon", "": ""}
 TABLE = "Table I: ranges of motion"

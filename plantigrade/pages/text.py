@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.charts.labels import side_of, title_of
+from plantigrade.charts.labels import title_of
 from plantigrade.constants import SIDE_NAMES
+from plantigrade.side_names import side_of
 
 
 def figure_text(value: Any) -> str:

@@ -24,6 +24,7 @@ from plantigrade.motion.filters import runs
 from plantigrade.record import Record
 from plantigrade.robots.robot import Robot
 from plantigrade.robots.sole import Sole
+from plantigrade.side_names import split_side
 
 PARTS = {
     "pelvis": ("pelvis",),
@@ -93,7 +94,7 @@ class _Paths:
 
 def _body(human: Human, name: str) -> str | None:
     """Return the body of a person that begins at a joint, None if there is none."""
-    part, _, side = name.rpartition("_") if name[-2:] in ("_r", "_l") else (name, "", "")
+    part, side = split_side(name)
     names = (f"{body}_{side}" if side else body for body in PARTS[part])
     return next((body for body in names if body in human.body_names), None)
 

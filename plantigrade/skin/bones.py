@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
+from plantigrade.side_names import split_side
 from plantigrade.spatial.conventions import rotation_matrix
 
 if TYPE_CHECKING:
@@ -103,7 +104,8 @@ def completed(
 
 def _part(human: "Human", bone: str) -> tuple[str, np.ndarray]:
     """Return body and offset of the part that a bone rides on; parts of the toes may be one."""
-    stem, side = (bone[:-2], bone[-2:]) if bone[-2:] in ("_l", "_r") else (bone, "")
+    stem, _ = split_side(bone)
+    side = bone.removeprefix(stem)
     parts, name = human.skeleton.parts, PART_OF.get(stem, stem) + side
     if name not in parts and "phalanges" in stem and "toes" + side in parts:
         name = "toes" + side

@@ -30,7 +30,7 @@ from plantigrade.dynamics.links import Link, links_of
 from plantigrade.dynamics.recursions import LinkTree
 from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.models import Human
-from plantigrade.models.skeleton import split_side
+from plantigrade.side_names import split_side
 from plantigrade.spatial.conventions import PELVIS
 
 COORDINATES = ("arm_flex", "elbow_flex", "hip_flexion", "knee_angle", "ankle_angle")

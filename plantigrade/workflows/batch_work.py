@@ -14,11 +14,11 @@ import numpy as np
 
 from plantigrade.analyze.norms import unit_of
 from plantigrade.analyze.run_comparison import gait_of
-from plantigrade.charts.labels import without_side
 from plantigrade.errors import ParameterError
 from plantigrade.record import Run
 from plantigrade.record.batch import Curve
 from plantigrade.record.metrics import metrics_json
+from plantigrade.side_names import without_side
 from plantigrade.workflows.batch_items import Item
 from plantigrade.workflows.save import save
 

@@ -18,7 +18,7 @@ from plantigrade.dynamics.passive import (
 )
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.models.skeleton import split_side
+from plantigrade.side_names import split_side
 from plantigrade.world.command import (
     PD,
     Acceleration,

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 from plantigrade.models import FEET, JOINT_SETS, Human
-from plantigrade.models.skeleton import split_side
+from plantigrade.side_names import split_side
 
 PRESETS = [(joints, feet) for joints in JOINT_SETS for feet in FEET]
 SEXES = ("female", "male")

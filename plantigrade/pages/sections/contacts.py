@@ -5,7 +5,7 @@ import numpy as np
 from plantigrade.analyze.pressure import distance_outside_hull
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Outline, Series, line_plot, path_plot, timeline_plot
-from plantigrade.charts.labels import SPAN, without_side
+from plantigrade.charts.labels import SPAN
 from plantigrade.charts.theme import PALETTE, STROKE_FORCE, STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.kinematics.sole_paths import SitePoints
@@ -15,6 +15,7 @@ from plantigrade.pages.sections.tasks import active_bars
 from plantigrade.pages.shapes import convex_hull
 from plantigrade.pages.text import place_text
 from plantigrade.record import Record
+from plantigrade.side_names import without_side
 
 MAX_HULLS = 60  # support polygons that are drawn; more hide each other
 MIN_LOAD = 0.02  # [body weights] on the feet; below it the centre of pressure is undefined

@@ -13,13 +13,14 @@ from plantigrade.analyze.gait_profile import ANGLES
 from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, Panel, Ribbon, Series, line_plot, panel_plot, panels_of
-from plantigrade.charts.labels import SPAN, axis_label, side_of, title_of, without_side
+from plantigrade.charts.labels import SPAN, axis_label, title_of
 from plantigrade.charts.theme import DOTTED, STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDE_NAMES
 from plantigrade.motion.views import curves_of
 from plantigrade.pages.section import Section, Subject, needs
 from plantigrade.pages.sections.pushes import LEGEND, push_shades
 from plantigrade.record.signal_registry import SIGNALS
+from plantigrade.side_names import side_of, without_side
 
 OTHERS = (
     *("hip_adduction_thigh", "hip_rotation_thigh", "ankle_dorsiflexion"),

@@ -4,12 +4,12 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, grid
-from plantigrade.charts.labels import without_side
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.motion.filters import runs
 from plantigrade.pages.contact_plate import MIN_LOAD, Sole, centre, foot_svg
 from plantigrade.pages.section import Group, Section, Subject
 from plantigrade.record import Record
+from plantigrade.side_names import without_side
 
 TITLE = "Virtual contact plate"
 DRAWN_PHASES = (0.03, 0.2, 0.4, 0.6, 0.8, 0.97)  # Phases of a contact at which the foot is drawn

@@ -11,12 +11,13 @@ from plantigrade.analyze.reproduction_status import MAX_FORCED_COM_ERROR
 from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, Ribbon, Series, line_plot
-from plantigrade.charts.labels import axis_label, side_of, without_side
+from plantigrade.charts.labels import axis_label
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKE_REFERENCE, STROKES
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.pages.section import Section, Subject, needs
 from plantigrade.pages.text import rounded_text, sided_title, signed_text
 from plantigrade.record import Record
+from plantigrade.side_names import side_of, without_side
 
 OTHERS = (
     *("mtp_angle_r", "mtp_angle_l", "pelvis_tilt", "pelvis_list", "pelvis_rotation"),

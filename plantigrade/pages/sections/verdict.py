@@ -5,7 +5,7 @@ import numpy as np
 from plantigrade.analyze.quantities import CONDITION, QUANTITY
 from plantigrade.analyze.quantities import quantity as quantity_of
 from plantigrade.charts import Figure, Series, bar_plot, line_plot
-from plantigrade.charts.labels import COORDINATES, side_of, without_side
+from plantigrade.charts.labels import COORDINATES
 from plantigrade.charts.theme import STROKE_LEFT, STROKE_MIDDLE, STROKE_RIGHT, STROKES
 from plantigrade.constants import SIDE_NAMES
 from plantigrade.pages.section import Section, Subject, needs
@@ -18,6 +18,7 @@ from plantigrade.pages.text import (
     sided_title,
 )
 from plantigrade.record.signal_registry import SIGNALS
+from plantigrade.side_names import side_of, without_side
 
 MIN_DRAWN = 1e-9  # smaller violations are drawn at this value
 MAX_JOINTS = 16  # joints in the table of strength

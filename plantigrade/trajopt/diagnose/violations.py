@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.side_names import split_side
 from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
 from plantigrade.trajopt.problem.nlp import Problem
 from plantigrade.trajopt.solvers.result import Multipliers
@@ -73,7 +74,7 @@ class Violation:
     def words(self) -> str:
         """Its name in words, side in front: ``"right toe 1, z"``."""
         axis, of, place = self.name.rpartition(" of ")
-        plain = (place if of else self.name).removesuffix("_r").removesuffix("_l")
+        plain, _ = split_side(place if of else self.name)
         plain = f"{self.side} {plain}".strip().replace("_", " ")
         return f"{axis} of {plain}" if of else plain
 

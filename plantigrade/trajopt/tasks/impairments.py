@@ -15,6 +15,7 @@ from plantigrade.bounds import Bounded, number, shown
 from plantigrade.constants import MAX_LOAD, SIDES
 from plantigrade.errors import CoordinateNotFound, ParameterError, known_names
 from plantigrade.options import optional
+from plantigrade.side_names import split_side
 
 if TYPE_CHECKING:
     from plantigrade.models.human import Human
@@ -259,8 +260,8 @@ def _numbers(
 
 def _coordinates(human: "Human", name: str, *, one: bool = False) -> list[str]:
     """Return the coordinates of a name: its own, with both sides, or all that begin with it."""
-    stem, side = (name[:-2], name[-2:]) if name[-2:] in ("_r", "_l") else (name, "")
-    of_side = [c for c in human.coordinates if not side or c.endswith(side)]
+    stem, side = split_side(name)
+    of_side = [c for c in human.coordinates if not side or c.endswith(f"_{side}")]
     exact = [c for c in of_side if c == name or c[:-2] == stem]
     found = exact or [c for c in of_side if c.startswith(f"{stem}_")]
     if not found:

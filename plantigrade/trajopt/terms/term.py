@@ -13,6 +13,7 @@ from plantigrade.contact.site import Point
 from plantigrade.models.mirror import mirror_sign, mirrored_name
 from plantigrade.motion.filters import runs
 from plantigrade.record.conditions import Condition
+from plantigrade.side_names import split_side
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.transcription.mesh import nodes_of
@@ -145,9 +146,7 @@ def per_coordinate(
     names: tuple[str, ...], given: Mapping[str, float], otherwise: float = 1.0
 ) -> Float[Array, " n"]:
     """Return a number for every coordinate, by its name or its name without side."""
-    return np.array(
-        [given.get(n, given.get(n.removesuffix("_r").removesuffix("_l"), otherwise)) for n in names]
-    )
+    return np.array([given.get(n, given.get(split_side(n)[0], otherwise)) for n in names])
 
 
 def _mirrored(value: Any) -> Any:
