@@ -44,7 +44,7 @@ SKIN = {
 BONE = "#ece3cc"
 """Colour of the bones of a foot."""
 COM = "#e0b020"
-THING, PUSHED = "#b8996f", "#b0246a"
+SCENE_OBJECT, PUSHED = "#b8996f", "#b0246a"
 """Colours of scene objects (bars, boxes, packs) and of perturbations."""
 BODY, LEFT_BODY, RIGHT_BODY = "#c9c3ba", "#dd9c74", "#7fa9c9"
 """Colours of the body in three dimensions (middle, left, right), paler than lines and arrows."""

@@ -10,7 +10,7 @@ from plantigrade.motion.resample import interpolate
 from plantigrade.pages.animated_ground import WOOD, WOOD_EDGE
 from plantigrade.pages.svg_animation import Shot
 from plantigrade.record import Record
-from plantigrade.record.things import Placed, things_of
+from plantigrade.record.scene_objects import PlacedObject, scene_objects_of
 from plantigrade.spatial.conventions import rotation_matrix
 
 DIRECTIONS = 24  # [1] points of an outline: the furthest ones of the object in that many directions
@@ -19,14 +19,14 @@ MIN_DEPTH = 0.15  # [m] from the body towards the viewer, beyond which an object
 AWAY = -1e4  # [m] where an absent object is put
 
 
-def objects_at(record: Record, time: Float[Array, " n"]) -> tuple[Placed, ...]:
+def objects_at(record: Record, time: Float[Array, " n"]) -> tuple[PlacedObject, ...]:
     """Return the objects of a record at some instants, on the clock of its motion [s]."""
     own = record.motion.time
-    return tuple(replace(p, pose=interpolate(time, own, p.pose)) for p in things_of(record))
+    return tuple(replace(p, pose=interpolate(time, own, p.pose)) for p in scene_objects_of(record))
 
 
 def object_layers(
-    objects: Sequence[Placed], shot: Shot
+    objects: Sequence[PlacedObject], shot: Shot
 ) -> tuple[list[str], list[str], Float[Array, "k 2"]]:
     """Return outlines of objects behind and before the body, and what the picture must hold.
 
@@ -49,12 +49,12 @@ def object_layers(
 
 
 def _outline(
-    each: Placed, pose: Float[Array, "n 7"], shot: Shot
+    each: PlacedObject, pose: Float[Array, "n 7"], shot: Shot
 ) -> Float[Array, "n n_directions 2"]:
     """Return the outline of an object in every frame, in drawing units."""
-    size, turn = np.array(each.thing.size), rotation_matrix(pose[:, 3:7])
+    size, turn = np.array(each.scene_object.size), rotation_matrix(pose[:, 3:7])
     radius = 0.0
-    if each.thing.kind == "box":
+    if each.scene_object.kind == "box":
         signs = np.stack(np.meshgrid(*[(-1.0, 1.0)] * 3), axis=-1).reshape(-1, 3)
         corners = signs * size
     else:

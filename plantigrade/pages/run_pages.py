@@ -18,7 +18,7 @@ from plantigrade.pages.text import unbroken
 from plantigrade.pages.verdict import verdict_sentence
 from plantigrade.pages.viewer import viewer_html
 from plantigrade.record import Record, Run
-from plantigrade.record.things import things_of
+from plantigrade.record.scene_objects import scene_objects_of
 
 STRIP_PICTURES = 8  # number of pictures in the strip
 REFERENCE_WORDS = {
@@ -158,7 +158,7 @@ def strip_of(
         view=view,
         human=None if solids or type(record.human) is not Human else record.human,
         x_ray=x_ray,
-        objects=things_of(record),
+        objects=scene_objects_of(record),
         **forces,
     )
 

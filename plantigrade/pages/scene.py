@@ -22,10 +22,10 @@ from plantigrade.kinematics.unmeasured_joints import SIGNAL as ASSUMED
 from plantigrade.kinematics.unmeasured_joints import bodies_of
 from plantigrade.models.mjcf import read_mjcf
 from plantigrade.motion.resample import resampled
-from plantigrade.pages.shapes import PLATE, THING, Shape, rgb, shapes_of
+from plantigrade.pages.shapes import PLATE, SCENE_OBJECT, Shape, rgb, shapes_of
 from plantigrade.record import Record
 from plantigrade.record.moving_ground import GroundPath
-from plantigrade.record.things import Placed, things_of
+from plantigrade.record.scene_objects import PlacedObject, scene_objects_of
 from plantigrade.spatial.conventions import rotation_matrix, xyzw_to_wxyz
 
 VIEW_RATE = 50.0  # [Hz] of drawn frames; the page interpolates between them
@@ -148,8 +148,8 @@ def _placed(
         pose = moved.shift[frames], _quaternions(moved.rotation[frames])
         yield plate_shape(com, body=body), pose
         body += 1
-    for k, each in enumerate(things_of(record), start=body):
-        yield thing_shape(each, body=k), (each.pose[frames, :3], each.pose[frames, 3:])
+    for k, each in enumerate(scene_objects_of(record), start=body):
+        yield object_shape(each, body=k), (each.pose[frames, :3], each.pose[frames, 3:])
 
 
 def plate_shape(com: Float[Array, "n 3"], *, body: int) -> Shape:
@@ -165,12 +165,12 @@ def plate_shape(com: Float[Array, "n 3"], *, body: int) -> Shape:
     return Shape("box", size, middle, straight, rgb(theme.FLOOR), body, "ground", name=PLATE)
 
 
-def thing_shape(placed: Placed, *, body: int) -> Shape:
-    """Return what a thing looks like, as a body of its own."""
-    thing, size = placed.thing, np.array(placed.thing.size)
+def object_shape(placed: PlacedObject, *, body: int) -> Shape:
+    """Return the shape of a scene object, as a body of its own."""
+    shown, size = placed.scene_object, np.array(placed.scene_object.size)
     middle, straight = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
-    wood, name = rgb(theme.THING), f"{THING}_{thing.name}"
-    return Shape(thing.kind, size, middle, straight, wood, body, "", name=name)
+    wood, name = rgb(theme.SCENE_OBJECT), f"{SCENE_OBJECT}_{shown.name}"
+    return Shape(shown.kind, size, middle, straight, wood, body, "", name=name)
 
 
 def _quaternions(rotation: Float[Array, "n 3 3"]) -> Float[Array, "n 4"]:
@@ -300,7 +300,7 @@ def standing_height(scene: Scene) -> float:
     """Return the maximum height of the body above the ground [m]."""
     top = 0.0
     for shape in scene.shapes:
-        if shape.body and not (shape.is_plate or shape.is_thing):
+        if shape.body and not (shape.is_plate or shape.is_scene_object):
             reach = float(np.max(shape.size)) if shape.kind != "mesh" else 0.0
             top = max(top, float((scene.positions[:, shape.body, 2] - scene.floor).max()) + reach)
     return float(np.clip(top + 0.1, 0.4, 3.0))

@@ -18,7 +18,7 @@ WHITE_SHARE = 0.55  # share of white in paler shapes
 GROUND = ("floor", "bump", "relief")
 """Prefixes of the ground's geoms in :mod:`plantigrade.contact.scene`."""
 PLATE = "floor_plate"  # Name of the geom of moving ground, as in :mod:`plantigrade.world.platform`
-THING = "thing"  # Prefix of scene objects
+SCENE_OBJECT = "thing"  # Prefix of scene objects
 
 
 @dataclass(frozen=True)
@@ -57,9 +57,9 @@ class Shape:
         return self.name == PLATE
 
     @property
-    def is_thing(self) -> bool:
+    def is_scene_object(self) -> bool:
         """Whether it is a scene object: a bar, a box, a pack."""
-        return self.name.startswith(THING)
+        return self.name.startswith(SCENE_OBJECT)
 
     @property
     def shade(self) -> float:

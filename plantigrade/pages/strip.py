@@ -24,7 +24,7 @@ from plantigrade.pages.shapes import hexadecimal, shapes_of
 from plantigrade.pages.skin_figure import SkinFigure
 from plantigrade.pages.skin_layers import skin_layers
 from plantigrade.pages.svg_animation import Clock, Shot
-from plantigrade.record.things import Placed
+from plantigrade.record.scene_objects import PlacedObject
 
 GROUND = "#8a94a3"
 PROFILE_HALF_WIDTH = 0.25  # [m] to each side, over which the outline of the ground is taken
@@ -67,7 +67,7 @@ def strip_svg(
     view: str = "side",
     human: Human | None = None,
     x_ray: bool = False,
-    objects: Sequence[Placed] = (),
+    objects: Sequence[PlacedObject] = (),
 ) -> str:
     """Return an SVG of the body, its supports and objects at several instants.
 
@@ -244,7 +244,7 @@ def _boards(model: mujoco.MjModel, camera: Camera) -> list[_Picture]:
 
 def _put_objects(
     picture: "_Picture",
-    objects: Sequence[Placed],
+    objects: Sequence[PlacedObject],
     frame: int,
     centre: Float[Array, " 3"],
     camera: Camera,

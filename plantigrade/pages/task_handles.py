@@ -15,7 +15,7 @@ from plantigrade.contact.ground import FOOT_AHEAD_OF_ANKLE, FOOT_BEHIND_ANKLE
 from plantigrade.models.landmarks import attachments
 from plantigrade.pages.scene import Scene
 from plantigrade.record import Record
-from plantigrade.record.things import things_of
+from plantigrade.record.scene_objects import scene_objects_of
 from plantigrade.spatial.conventions import rotation_matrix
 
 UP, DOWN, AHEAD = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0)
@@ -96,8 +96,8 @@ def _chair(record: Record, scene: Scene, values: Mapping[str, Any]) -> tuple[Han
 
 
 def _lift(record: Record, scene: Scene, values: Mapping[str, Any]) -> tuple[Handle, ...]:
-    table = next(each for each in things_of(record) if each.thing.name == "table")
-    edge = table.pose[0, :3] - [table.thing.size[0], 0.0, 0.0]
+    table = next(each for each in scene_objects_of(record) if each.scene_object.name == "table")
+    edge = table.pose[0, :3] - [table.scene_object.size[0], 0.0, 0.0]
     return (Handle("table_height", _triple(edge), UP, float(values["table_height"])),)
 
 

@@ -46,7 +46,7 @@ COLOURS = {
     "floor_dark": theme.FLOOR_DARK,
     "grid_dark": theme.GRID_DARK,
     "pushed": theme.PUSHED,
-    "thing": theme.THING,
+    "thing": theme.SCENE_OBJECT,
 }
 
 
@@ -199,7 +199,7 @@ def shape_data(shape: Shape) -> dict[str, Any]:
     }
     if shape.is_ground:
         item["ground"] = shape.shade
-    if shape.is_plate or shape.is_thing:
+    if shape.is_plate or shape.is_scene_object:
         item["thing"] = True
     if shape.vertices is not None and shape.faces is not None:
         item |= {"vertices": _rounded(shape.vertices), "faces": shape.faces.tolist()}

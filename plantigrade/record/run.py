@@ -18,7 +18,7 @@ from plantigrade.record.metrics import METRICS, read_metrics
 from plantigrade.record.npz import read_npz, write_npz
 from plantigrade.record.provenance import Provenance
 from plantigrade.record.record import Record
-from plantigrade.record.things import things_of
+from plantigrade.record.scene_objects import scene_objects_of
 from plantigrade.record.views import run_summary
 
 MODEL, MOTION, COORDINATES = "model.xml", "motion.npz", "motion.mot"
@@ -141,7 +141,7 @@ class Run:
 
         def contents(folder: Path) -> None:
             record = self.record
-            fixed = [(t.thing, t.pose[0]) for t in things_of(record) if t.fixed]
+            fixed = [(t.scene_object, t.pose[0]) for t in scene_objects_of(record) if t.fixed]
             xml = scene_xml(record.human, record.ground, record.sites, fixed)
             (folder / MODEL).write_text(xml, encoding="utf-8")
             write_npz(record, folder / MOTION)

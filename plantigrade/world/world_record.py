@@ -6,7 +6,7 @@ from plantigrade.arrays import Array
 from plantigrade.notes import Info
 from plantigrade.record import Record
 from plantigrade.record.moving_ground import MIN_MOVEMENT, PLACE
-from plantigrade.record.things import PLACES, described
+from plantigrade.record.scene_objects import PLACES, object_signals
 from plantigrade.world.recorder import Recorder
 from plantigrade.world.simulated_world import SimulatedWorld
 
@@ -34,7 +34,7 @@ def record_of(world: SimulatedWorld, recorder: Recorder) -> Record:
         signals["world.push"] = pushes
     signals |= recorder.signal_arrays()
     if PLACES in signals:
-        signals |= described(
+        signals |= object_signals(
             [d.scene_object for d in world.disturbances if d.scene_object is not None]
         )
     notes = [] if world.fall is None else [f"The person {world.fall}."]

@@ -23,7 +23,7 @@ from plantigrade.pages.playback import LOOP_PAUSE, playback
 from plantigrade.pages.scene import poses
 from plantigrade.pages.shapes import shapes_of, surface_points
 from plantigrade.record import Record
-from plantigrade.record.things import PLACES, described
+from plantigrade.record.scene_objects import PLACES, object_signals
 from plantigrade.spatial.conventions import rotation_matrix
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -54,7 +54,7 @@ def test_a_box_that_moves_is_drawn_where_it_is(walking):
     pose = np.tile([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (n, 1))
     pose[:, :3] = walking.motion.qpos[:, :3] + [0.5, 0.0, 0.0]
     box, bar = SceneObject("box", "box", half), SceneObject("bar", "capsule", (0.05, 0.3, 0.0))
-    signals = described([box, bar]) | {PLACES: np.stack([pose, pose], axis=1)}
+    signals = object_signals([box, bar]) | {PLACES: np.stack([pose, pose], axis=1)}
     record = replace(walking, signals={**walking.signals, **signals})
     plain, picture = (moving_picture(each, foot="none").svg for each in (walking, record))
     outlines = [path for path in moving_part(picture) if path.get("fill") == WOOD and path.get("d")]

@@ -16,7 +16,7 @@ from plantigrade.pages.scene import poses
 from plantigrade.pages.silhouette import aligned, silhouettes, spline_data
 from plantigrade.pages.skin_figure import PARTS, SkinFigure
 from plantigrade.pages.strip import strip_svg
-from plantigrade.record.things import Placed
+from plantigrade.record.scene_objects import PlacedObject
 
 GRAIN = 0.002  # [m]
 
@@ -116,7 +116,7 @@ def test_a_strip_of_a_person_is_dressed_in_the_colours_of_the_sides(person):
 def test_objects_of_a_strip_are_before_or_behind_the_person(person):
     qpos = person.standing()[None]
     pose = np.tile([0.5, 0.0, 0.2, 1.0, 0.0, 0.0, 0.0], (1, 1))
-    box = Placed(SceneObject("box", "box", (0.2, 0.2, 0.2)), pose)
+    box = PlacedObject(SceneObject("box", "box", (0.2, 0.2, 0.2)), pose)
 
     def drawn(view, objects):
         svg = strip_svg(person.model, qpos, [0], human=person, view=view, objects=objects)

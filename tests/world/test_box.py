@@ -13,7 +13,7 @@ from plantigrade.models import Human
 from plantigrade.pages.scene import build_scene, side_forces
 from plantigrade.pages.viewer import viewer_html
 from plantigrade.record import Run
-from plantigrade.record.things import things_of
+from plantigrade.record.scene_objects import scene_objects_of
 from plantigrade.workflows.simulate import simulate
 from plantigrade.world import Barrier, Load, Push, ThrownBox, World
 
@@ -32,12 +32,12 @@ def record():
 
 
 def test_objects_are_where_they_were(record):
-    bar, box, pack = things_of(record)
+    bar, box, pack = scene_objects_of(record)
     assert bar.fixed and not box.fixed
-    assert [each.thing.kind for each in (bar, box, pack)] == ["capsule", "box", "box"]
+    assert [each.scene_object.kind for each in (bar, box, pack)] == ["capsule", "box", "box"]
     assert bar.pose[0, :3] == pytest.approx([2.0, 0.0, 1.52])
     time, there = record.motion.time, np.isfinite(box.pose[:, 0])
-    assert np.array_equal(there, time > 0.1 - 1e-9) and box.thing.size == (0.1, 0.15, 0.2)
+    assert np.array_equal(there, time > 0.1 - 1e-9) and box.scene_object.size == (0.1, 0.15, 0.2)
     falls = box.pose[there, 2]
     assert falls[5] - falls[0] == pytest.approx(-0.5 * 9.81 * (time[5] - time[0]) ** 2, rel=0.05)
     trunk = record.human.body("torso")
@@ -51,8 +51,10 @@ def test_objects_are_where_they_were(record):
 def test_they_are_kept_and_what_stands_is_in_the_exported_scene(record, tmp_path):
     run = Run(record, "simulate", "title", "sentence", "ok").save(tmp_path / "run")
     again = Run.load(run.folder).record
-    for old, new in zip(things_of(record), things_of(again), strict=True):
-        assert old.thing == new.thing and np.array_equal(old.pose, new.pose, equal_nan=True)
+    for old, new in zip(scene_objects_of(record), scene_objects_of(again), strict=True):
+        assert old.scene_object == new.scene_object and np.array_equal(
+            old.pose, new.pose, equal_nan=True
+        )
     model = mujoco.MjModel.from_xml_path(str(run.folder / "model.xml"))
     bar = model.geom("thing_0")
     assert model.nq == HUMAN.model.nq and bar.pos == pytest.approx([2.0, 0.0, 1.52])
@@ -65,7 +67,7 @@ def test_they_are_kept_and_what_stands_is_in_the_exported_scene(record, tmp_path
 
 def test_objects_are_drawn_and_do_not_change_the_stature(record):
     scene = build_scene(record)
-    things = [shape for shape in scene.shapes if shape.is_thing]
+    things = [shape for shape in scene.shapes if shape.is_scene_object]
     assert [shape.kind for shape in things] == ["capsule", "box", "box"]
     assert [shape.body for shape in things] == [HUMAN.model.nbody + i for i in range(3)]
     assert scene.positions.shape[1] == HUMAN.model.nbody + 3

@@ -12,7 +12,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.models.mirror import mirror_sign, mirrored_name
 from plantigrade.record.conditions import Condition
-from plantigrade.record.things import PLACES, described
+from plantigrade.record.scene_objects import PLACES, object_signals
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.problem.nlp import PeriodicClosure, Problem
@@ -109,7 +109,10 @@ class MotionTask:
             return {}
         upright = np.tile([1.0, 0.0, 0.0, 0.0], (len(times), 1))
         poses = [np.hstack([path(times), upright]) for _, path in self.objects]
-        return {**described([thing for thing, _ in self.objects]), PLACES: np.stack(poses, axis=1)}
+        return {
+            **object_signals([each for each, _ in self.objects]),
+            PLACES: np.stack(poses, axis=1),
+        }
 
     def nodes(self, given: Float[Array, " n"] | None = None) -> Float[Array, " n_nodes"]:
         """Return the times of the nodes, with one wherever a term requires it.

@@ -14,10 +14,10 @@ PLACES = "things.place"
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
+class PlacedObject:
     """An object and its path."""
 
-    thing: SceneObject  #: Shape and size
+    scene_object: SceneObject  #: Shape and size
     #: Its middle, world [m], and rotation ``wxyz`` in every frame; NaN while it is not there
     pose: Float[Array, "n 7"]
 
@@ -27,7 +27,7 @@ class Placed:
         return bool(len(self.pose)) and bool(np.all(self.pose == self.pose[0]))
 
 
-def things_of(record: Record) -> tuple[Placed, ...]:
+def scene_objects_of(record: Record) -> tuple[PlacedObject, ...]:
     """Return the objects of a record."""
     if PLACES not in record.signals:
         return ()
@@ -37,15 +37,17 @@ def things_of(record: Record) -> tuple[Placed, ...]:
         signals["name"], signals["kind"], np.asarray(signals["size"], dtype=float), strict=True
     )
     return tuple(
-        Placed(SceneObject(str(name), str(kind), (float(x), float(y), float(z))), places[:, i])
+        PlacedObject(
+            SceneObject(str(name), str(kind), (float(x), float(y), float(z))), places[:, i]
+        )
         for i, (name, kind, (x, y, z)) in enumerate(shapes)
     )
 
 
-def described(things: Sequence[SceneObject]) -> dict[str, Array]:
+def object_signals(objects: Sequence[SceneObject]) -> dict[str, Array]:
     """Return the signals of names, shapes and sizes; :data:`PLACES` holds the poses."""
     return {
-        "things.name": np.array([thing.name for thing in things], dtype=str),
-        "things.kind": np.array([thing.kind for thing in things], dtype=str),
-        "things.size": np.array([thing.size for thing in things], dtype=float),
+        "things.name": np.array([each.name for each in objects], dtype=str),
+        "things.kind": np.array([each.kind for each in objects], dtype=str),
+        "things.size": np.array([each.size for each in objects], dtype=float),
     }
