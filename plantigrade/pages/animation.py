@@ -9,9 +9,9 @@ Systems set to reduced motion show one instant.
 
 from dataclasses import dataclass, replace
 from typing import Any
-from xml.sax.saxutils import escape
 
 import numpy as np
+from markupsafe import Markup
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
@@ -24,6 +24,7 @@ from plantigrade.pages.figure_layers import Figure, figure_layers, foot_layers
 from plantigrade.pages.outlines import force_arrow
 from plantigrade.pages.playback import FRAME_RATE, Playback, playback
 from plantigrade.pages.scene import check, poses, scene_model, side_forces, travel
+from plantigrade.pages.section import svg_of
 from plantigrade.pages.skin_figure import SkinFigure, skin_of
 from plantigrade.pages.skin_layers import skin_layers
 from plantigrade.pages.svg_animation import Clock, Shot
@@ -37,7 +38,6 @@ FOOT_SCALE = 4.5  # magnification of the foot
 SITE_ARROW_PER_BODY_WEIGHT = 0.22  # [m] length of the arrow of one body weight at a site
 HEIGHTS = (100, 2000)  # of a picture [px]
 FEET = {"right": "r", "left": "l", "none": ""}
-INK, SOFT, CARD, PANEL = "#1c2430", "#64707f", "#f6f7f9", "#ffffff"
 
 
 @dataclass(frozen=True)
@@ -91,21 +91,15 @@ def moving_picture(
     _, resting = _scene(record, still, prefix="s", box=box, **how)
     left, top, right, bottom = box
     width, height = right - left, bottom - top
-    words = title or "Animated body"
-    svg = (
-        f'<svg xmlns="http://www.w3.org/2000/svg" role="img" '
-        f'aria-label="{escape(words, {chr(34): "&quot;"})}" '
-        f'width="{round(height_px * width / height)}" height="{height_px}" '
-        f'viewBox="{left} {top} {width} {height}">'
-        f"<title>{escape(words)}</title>"
-        "<style>.still{display:none}@media(prefers-reduced-motion:reduce)"
-        "{.moving{display:none}.still{display:inline}}"
-        "text{font-family:system-ui,sans-serif}</style>"
-        f'<rect x="{left}" y="{top}" width="{width}" height="{height}" rx="40" fill="{CARD}"/>'
-        f'<g class="moving">{moving}</g><g class="still">{resting}</g>'
-        f"{_words(title, left, top)}</svg>\n"
+    svg = svg_of(
+        "animation.svg",
+        words=title or "Animated body",
+        title=title,
+        **{"left": left, "top": top, "width": width, "height": height},
+        **{"width_px": round(height_px * width / height), "height_px": height_px},
+        **{"moving": Markup(moving), "resting": Markup(resting)},
     )
-    return MovingPicture(svg, len(plays.time), plays.seconds / speed, plays.loop is not None)
+    return MovingPicture(f"{svg}\n", len(plays.time), plays.seconds / speed, plays.loop is not None)
 
 
 def _refuse(foot: str, speed: float, height_px: int) -> None:
@@ -274,23 +268,12 @@ def _enlarged(record, drawn, forward, side, clock, prefix, box: Box) -> str:
     label = f"{'right' if side == 'r' else 'left'} foot, {FOOT_SCALE:g} times larger"
     if bones:
         label += f": {bones} bones"
-    return (
-        f'<clipPath id="{name}"><rect x="{x}" y="{y}" width="{width}" height="{height}" rx="36"/>'
-        f'</clipPath><g clip-path="url(#{name})">'
-        f'<rect x="{x}" y="{y}" width="{width}" height="{height}" fill="{PANEL}"/>'
-        f'<g transform="translate({x + width / 2:g} {y + height / 2:g}) scale({scale:g})">'
-        f"{''.join(parts)}</g></g>"
-        f'<rect x="{x}" y="{y}" width="{width}" height="{height}" rx="36" fill="none" '
-        f'stroke="#d5dae1" stroke-width="6"/>'
-        f'<text x="{x + 40}" y="{y + height - 45}" font-size="56" fill="{SOFT}">'
-        f"{escape(label)}</text>"
-    )
-
-
-def _words(title: str, left: int, top: int) -> str:
-    if not title:
-        return ""
-    return (
-        f'<text x="{left + 50}" y="{top + 95}" font-size="62" font-weight="600" fill="{INK}">'
-        f"{escape(title)}</text>"
+    return svg_of(
+        "animation_foot.svg",
+        name=name,
+        **{"x": x, "y": y, "width": width, "height": height},
+        middle=f"{x + width / 2:g} {y + height / 2:g}",
+        scale=f"{scale:g}",
+        drawing=Markup("".join(parts)),
+        label=label,
     )

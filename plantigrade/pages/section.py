@@ -219,6 +219,11 @@ def rendered(template: str, **variables: Any) -> str:
     return environment.get_template(template).render(**variables)
 
 
+def svg_of(template: str, **variables: Any) -> str:
+    """Return a packaged template of a drawing with its variables filled in, in one line."""
+    return rendered(template, **variables).replace("\n", "")
+
+
 def template_text(name: str) -> str:
     """Return the text of the packaged template ``name``."""
     return (resources.files("plantigrade.pages") / "templates" / name).read_text("utf-8")
