@@ -60,9 +60,8 @@ class ForceSettings:
     min_foot_load: float = 0.01
     """Load below which a foot has no centre of pressure [body weights]. Chosen."""
     force_cost: float = 1.0
-    """Cost of a squared unit of force, against squared posture errors [rad²/s⁴]. Chosen."""
-    steadiness_cost: float = 1.0
-    """Cost of its squared change from the instant before, likewise. Chosen."""
+    """Cost of a squared unit of force, and of its squared change from the instant before, against
+    squared posture errors [rad²/s⁴]. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -256,6 +255,6 @@ def _preference(
     metric = dynamics.matrix.T @ dynamics.matrix
     right = dynamics.matrix.T @ (desired - dynamics.offset)
     forces = np.arange(dynamics.n_joints, len(metric))
-    metric[forces, forces] += settings.force_cost + settings.steadiness_cost
-    right[forces] += settings.steadiness_cost * before
+    metric[forces, forces] += 2.0 * settings.force_cost
+    right[forces] += settings.force_cost * before
     return np.linalg.solve(metric, right), metric

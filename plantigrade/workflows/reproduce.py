@@ -114,14 +114,13 @@ def run_of(
                 "reactions and joint moments are left out of the report."
             )
     signals = {**record.signals, **assumed, **norm_signals(settings)}
+    forced_status = figures.get("dynamics_status", "ok")
     return Run(
         replace(record, notes=tuple(dict.fromkeys(notes)), signals=signals),
         "reproduce",
         title=title or f"{recording.source.name}, reproduced",
         sentence=_sentence(walk.name, record, held, settings.tasks),
-        status=run_status(
-            figures["motion_status"], figures.get("dynamics_status", "ok"), status(trial)
-        ),
+        status=run_status(figures["motion_status"], forced_status, status(trial)),
         figures=figures,
         provenance=provenance(recording, settings, command, seed),
         others=others,

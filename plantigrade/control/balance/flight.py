@@ -25,8 +25,6 @@ class FlightSettings:
     not met)."""
     max_wait: float = GaitSettings.max_wait
     """Longest time the clock waits for a touchdown after the planned one [s]; as in walking."""
-    foot_weight: float = 100.0
-    """Weight of the positions of the feet [per (m/s²)²]. Chosen (±20 %: not met)."""
     max_foot_shift: float = 0.2
     """Greatest distance of a foot from the reference [m]. Chosen (±20 %: not met)."""
 
@@ -107,7 +105,8 @@ def landing_rows(
     error: Float[Array, "2 3"] = middle - desired.com + ahead - (soles - body.com)
     acceleration = gain * error - damping * (velocity - body.com_velocity)
     right = acceleration - bias + body.com_bias_acceleration
-    rows = [Rows(J[k, :2] - body.com_jacobian[:2], right[k, :2], s.foot_weight) for k in (0, 1)]
+    weight, J = feet.settings.foot_weight, J[:, :2] - body.com_jacobian[:2]
+    rows = [Rows(J[k], right[k, :2], weight) for k in (0, 1)]
     rotations = body.moved_to(desired.qpos).rotations[feet.feet]
     weight = feet.settings.foot_orientation_weight
     for foot, rotation in zip(feet.feet, rotations, strict=True):

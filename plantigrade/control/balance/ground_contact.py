@@ -7,6 +7,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.contact.site import GEOM_PREFIX
+from plantigrade.control.gait.phase import FootContactSettings
 from plantigrade.wbc.whole_body import Touching
 from plantigrade.world import SimulatedWorld, State
 
@@ -15,9 +16,8 @@ from plantigrade.world import SimulatedWorld, State
 class GroundContactSettings:
     """Contacts that balance relies on."""
 
-    max_gap: float = 0.004
-    """Distance from the ground up to which a point counts as touching [m]. Chosen (±20 %: deviation
-    11 %)."""
+    max_gap: float = FootContactSettings.max_planned_height
+    """Distance from the ground up to which a point counts as touching [m]; as in walking."""
     friction_share: float = 0.8
     """Part of the friction of the ground that is relied on. Chosen (±20 %: deviation 10 %)."""
 

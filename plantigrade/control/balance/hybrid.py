@@ -36,7 +36,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.balance.reference import Reference, ReferenceState, posture_reference
-from plantigrade.control.balance.settings import JointGains
+from plantigrade.control.balance.settings import BalanceSettings, JointGains
 from plantigrade.control.gait.step import StepSettings
 from plantigrade.kinematics.state import CROSS, PointSet
 from plantigrade.kinematics.state import State as BodyState
@@ -55,15 +55,13 @@ class HybridSettings:
     momentum over the inertia of a body with :attr:`gyration_radius`. Chosen (±20 %: below 2 %)."""
     gyration_radius: float = 0.25
     """Radius of gyration of a body [body heights]. Chosen (±20 %: deviation 3 %)."""
-    pelvis_weight: float = 0.05
-    """Weight of the orientation of the pelvis. Chosen (±20 %: below 2 %)."""
+    pelvis_weight: float = BalanceSettings.pelvis_weight
+    """Weight of the orientation of the pelvis; as for balance."""
     joint_gains: JointGains = JointGains()
     """Stiffness about the posture."""
     com_gain: float = 25.0
-    """Stiffness of the centre of mass, critically damped [1/s²]. Chosen (a change of 20 %
-    changes the deviation by 6 %)."""
-    momentum_damping: float = 5.0
-    """Rate at which angular momentum decays [1/s]. Chosen (±20 %: below 2 %)."""
+    """Stiffness of the centre of mass, critically damped; angular momentum decays at the rate of
+    its root [1/s²]. Chosen (a change of 20 % changes the deviation by 6 %)."""
     support_gain: float = 28.0
     """Stiffness of supporting segments, :math:`k_s` of the paper, critically damped [1/s²]."""
     support_margin: float = StepSettings.support_margin
@@ -127,7 +125,7 @@ def accelerations(
 
     inertia = mass * (s.gyration_radius * state.human.height) ** 2
     H, bias = _momentum_rate(body)
-    rate = -s.momentum_damping * body.angular_momentum - bias
+    rate = -np.sqrt(s.com_gain) * body.angular_momentum - bias
     rate += tracked.moment(body.com, right + body.com_bias_acceleration, mass)
     Q += s.momentum_weight / inertia**2 * H.T @ H
     g += s.momentum_weight / inertia**2 * H.T @ rate

@@ -60,8 +60,8 @@ class RecoverySettings:
     """Weight of joints of trunk and neck [per (rad/s²)²]. Arms may swing; a trunk that twists takes
     the pelvis along when it reaches its stops."""
     stance_cop_extent: float = 0.8
-    """Centre of pressure of the stance foot, from its middle (0) to its edge (1). Chosen (±20 %:
-    below 2 %)."""
+    """Centre of pressure of the stance foot, from its middle (0) to its edge (1). Chosen: with 1,
+    pushes of 260 N to eight sides took 21 steps in place of 13."""
     momentum_reach: float = 0.05
     """Distance of desired pressure beyond the support: arms and trunk give the rest [m]. Chosen
     (±20 %: deviation 37 %)."""

@@ -15,6 +15,8 @@ from plantigrade.constants import SIDES
 from plantigrade.control.gait.loads import LoadSettings
 from plantigrade.control.gait.reference import Reference
 from plantigrade.control.gait.swing import SwingOffset, SwingOffsetSettings
+from plantigrade.wbc.forces import ForceSettings
+from plantigrade.wbc.tasks.contact import ContactSettings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,11 +26,10 @@ class FootContactSettings:
     touchdown_load: float = LoadSettings.min_foot_load
     """Load from which a swing foot has touched down, and from which the position of a stance foot
     counts [body weights]; below it, recorded feet are in the air, too."""
-    max_height: float = 0.002
-    """Height of a point of a stance foot above the ground up to which it touches [m]. Chosen (±20
-    %: 0.6 s)."""
-    max_planned_height: float = 0.006
-    """The same of a point that the motion has in contact [m]. Chosen (±20 %: deviation 7 %)."""
+    max_height: float = ContactSettings.touching_height
+    """Height of a point of a stance foot above the ground up to which it touches [m]."""
+    max_planned_height: float = ForceSettings.carrying_height
+    """The same of a point that the motion has in contact [m]; as carries in strict orders."""
     friction_fraction: float = 0.75
     """Part of the friction coefficient that a controller uses. Chosen (±20 %: deviation 29 %)."""
 
@@ -42,7 +43,8 @@ class GaitSettings:
     min_touchdown_phase: float = 0.6
     """Part of a swing after which contact is a touchdown. Chosen (±20 %: deviation 11 %)."""
     early_rate: float = 1.5
-    """Least rate of the phase after an early touchdown. Chosen (±20 %: deviation 25 %)."""
+    """Least rate of the phase after an early touchdown, and in double support after a recovery
+    step. Chosen (±20 %: deviation 25 %)."""
     late_descent_speed: float = 0.5
     """Speed at which a foot descends that misses the ground, until the phase no longer waits for it
     [m/s]. Chosen (±20 %: deviation 7 %)."""
@@ -59,6 +61,10 @@ class GaitSettings:
     joint_damping: float = 0.012
     """Damping of the joints about the planned velocity, by their strength [s/rad]. Chosen (±20 %:
     deviation 7 %)."""
+
+    def double_support_rate(self, recovery_share: float) -> float:
+        """Return the phase rate in double support, by how much the step is a recovery."""
+        return 1.0 + (self.early_rate - 1.0) * recovery_share
 
 
 @dataclass

@@ -32,7 +32,7 @@ class FootstepSettings:
 
     rates: tuple[float, ...] = (0.8, 0.9, 1.0, 1.15, 1.3, 1.5, 1.75, 2.0)
     """Rates of the phase until touchdown that the planner compares. Chosen (±20 %: 0.9 s)."""
-    offset_decay: float = 0.75
+    offset_decay: float = 0.85
     """Part of a footstep's offset that is left after the next step. Chosen (±20 %: deviation 14
     %)."""
     forward_scale: float = 0.16
@@ -41,13 +41,13 @@ class FootstepSettings:
     """Offset to the side that costs 1 [leg lengths]. Chosen (±20 %: 1.3 s)."""
     rate_cost: float = 36.0
     """Cost of ln(rate)². Chosen (±20 %: deviation 5 %)."""
-    max_step_length: float = 1.2
+    max_step_length: float = 1.3
     """Greatest distance of a footstep ahead of or behind the stance foot [leg lengths]. Chosen (±20
     %: not met)."""
-    max_step_width: float = 0.75
+    max_step_width: float = 1.0
     """Greatest lateral distance of a footstep from the stance foot [leg lengths]. Chosen
     (±20 %: 0.9 s)."""
-    crossover_length: float = 0.35
+    crossover_length: float = 0.3
     """Step length from which the foot may cross over in front of the other [leg lengths]. Chosen.
 
     Nearer, the legs are in each other's way.
@@ -60,12 +60,6 @@ class FootstepSettings:
     and fro began with a step of 49 cm to the side, with 0.3 of 36 cm."""
     next_step_time: float = 0.35
     """Least time from one touchdown to the next [s]. Chosen (±20 %: below 2 %)."""
-    double_support_speedup: float = 0.75
-    """Greatest increase of the phase rate in double support. Chosen (±20 %: below 2 %)."""
-
-    def double_support_rate(self, recovery_share: float) -> float:
-        """Return the phase rate in double support, by how much the step is a recovery."""
-        return 1.0 + self.double_support_speedup * recovery_share
 
     def decayed(self, weights: Float[Array, " k"]) -> float:
         """Return the weight of successive stances whose offsets decay from one to the next."""

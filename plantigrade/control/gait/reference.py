@@ -10,6 +10,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.contact.site import ContactSite
 from plantigrade.control.gait.clearance import Clearance, held_out
 from plantigrade.control.gait.edges import EdgeSettings
 from plantigrade.control.gait.instant import (
@@ -130,9 +131,8 @@ def reference_of(
     n = int(np.ceil(motion.duration / STEP - 1e-6)) + 1
     time = np.minimum(motion.time[0] + STEP * np.arange(n), motion.time[-1])
     even = motion.at(time)
-    qpos, qvel = even.qpos, even.qvel
-    if clearance is not None:
-        qpos = held_out(record, qpos, clearance)
+    qpos = even.qpos if clearance is None else held_out(record, even.qpos, clearance)
+    qvel = even.qvel
     ends = not periodic and float(np.abs(qvel[-1]).max()) < settings.rest_speed
     sites = world_sites(record)
     force = site_forces(record, sites, time)
@@ -140,9 +140,7 @@ def reference_of(
     shortest = settings.schedule.min_duration
     load = site_loads(record, sites, swept, force, STEP, settings.load, shortest)
     if not periodic:
-        for own in (np.array([s.side == side for s in sites]) for side in SIDES):
-            if not load[-1, own].any():
-                load[-1, own] = weight / (2 * own.sum())
+        _set_down(sites, load, weight)
     if record.ground.steps:
         down = carrying(load, weight, STEP, periodic=False, settings=settings.schedule)
         swept.lift_over_edges(record, sites, down, STEP, settings.edges)
@@ -156,31 +154,38 @@ def reference_of(
     rows = rows_of(table[:n], layout)
     rows.q, rows.v, rows.force = qpos, qvel, force
     rows.a = even.qacc if even.qacc is not None else np.gradient(qvel, STEP, axis=0)
-    rows.tau = 0.0
-    if record.qfrc_actuator is not None:
-        rows.tau = np.nan_to_num(interpolate(time, motion.time, record.qfrc_actuator))[:, 6:]
+    rows.tau = _torques(record, time)
     _fill_com(rows, swept, force, load, human.mass, settings.min_cop_load * weight)
+    _fill_feet(rows, swept)
+    rows.contact, rows.contact_position = contact, swept.contact_position
+    rows.contact_soon = before(contact, round(settings.contact_lead_time / STEP), periodic=periodic)
+    if ends:  # a last row at rest
+        table[n] = np.where(derivative_order(layout) > 0, 0.0, table[n - 1])
+    translation, duration = translation_of(layout), motion.duration
+    return Reference(table, layout, translation, schedule, omega, period, duration, advance, ends)
+
+
+def _set_down(sites: tuple[ContactSite, ...], load: Float[Array, "n k"], weight: float) -> None:
+    """Let feet that swing in the last instant carry load there [N]."""
+    for own in (np.array([s.side == side for s in sites]) for side in SIDES):
+        if not load[-1, own].any():
+            load[-1, own] = weight / (2 * own.sum())
+
+
+def _torques(record: Record, time: Float[Array, " n"]) -> Float[Array, "n n_hinges"] | float:
+    """Return the joint torques at some times; zero where they are not known [N m]."""
+    if record.qfrc_actuator is None:
+        return 0.0
+    return np.nan_to_num(interpolate(time, record.motion.time, record.qfrc_actuator))[:, 6:]
+
+
+def _fill_feet(rows: Instant, swept: Kinematics) -> None:
+    """Set position and rotation of the feet, with their rates."""
     rows.foot_position, rows.foot_velocity = swept.foot_position, swept.foot_velocity
     rows.foot_acceleration = np.gradient(swept.foot_velocity, STEP, axis=0)
     rows.foot_rotation = swept.foot_rotation
     rows.foot_angular_velocity = swept.foot_angular_velocity
     rows.foot_angular_acceleration = np.gradient(swept.foot_angular_velocity, STEP, axis=0)
-    rows.contact, rows.contact_position = contact, swept.contact_position
-    lead = round(settings.contact_lead_time / STEP)
-    rows.contact_soon = before(contact, lead, periodic=periodic)
-    if ends:  # a last row at rest
-        table[n] = np.where(derivative_order(layout) > 0, 0.0, table[n - 1])
-    return Reference(
-        table=table,
-        layout=layout,
-        translation=translation_of(layout),
-        schedule=schedule,
-        omega=omega,
-        period=period,
-        duration=motion.duration,
-        advance=advance,
-        ends=ends,
-    )
 
 
 def _fill_com(

@@ -70,6 +70,9 @@ class TaskSettings:
     press nor step."""
     max_ascent: float = 4.0
     """Greatest upward acceleration of the mass [m/s²]: more would throw it into the air."""
+    rise_time: float = 0.5
+    """Time constant with which a lowered body rises again [s]: faster, it was thrown up between
+    steps."""
     joint_stiffness: float = 100.0
     """Stiffness of joints and of the pelvis' rotation, critically damped [1/s²]. Chosen."""
     foot_stiffness: float = 400.0

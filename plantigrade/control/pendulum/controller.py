@@ -228,7 +228,7 @@ class Pendulum(Controller):
                 None if ground.is_plane else foothold,
             )
         if self.footstep is None:
-            rate = self.settings.footsteps.double_support_rate(self.plan.recovery_share)
+            rate = self.settings.gait.double_support_rate(self.plan.recovery_share)
         else:
             rate = self.footstep.rate
         own = step * reference.cadence  # seconds of the recording
@@ -279,7 +279,7 @@ class Pendulum(Controller):
             None if footstep is None else footstep.time,
         )
         error = hypot(*plan.dcm_error)
-        if error > self.settings.tasks.min_friction_error * self.person.leg_length:
+        if plan.recovery_share >= 1.0:  # half way between corners, pyramids lack 0.3 of friction
             contacts = replace(contacts, along=float(np.arctan2(com[1], com[0])))
         rows: list[Rows | PointRows] = [
             tasks.com.rows(body, acceleration=com),

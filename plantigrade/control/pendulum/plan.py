@@ -94,7 +94,7 @@ class StepPlan:
         self.cop_offset = np.zeros(2)
         self._turned += self.turn_rate * self.step
         swing = [f for f in gait.feet if not f.in_stance and f.stance is not None]
-        self.lowering *= 1.0 - self.step / self.settings.plan.rise_time
+        self.lowering *= 1.0 - self.step / self.settings.tasks.weights.rise_time
         if len(gait.stance_feet) != 1 or len(swing) != 1:
             self._without_swing(body, ref, velocity, feet, ground, path, (first, beta, offsets))
             return None

@@ -19,5 +19,3 @@ class PlanSettings:
     min_lowering: float = 0.04
     """Distance that legs of a walk give by themselves before the body is lowered [leg lengths]: a
     walk that nobody disturbs steps as much farther than the recording."""
-    rise_time: float = 0.5
-    """Time constant with which it rises again [s]: faster, it was thrown up between steps."""

@@ -14,17 +14,6 @@ from plantigrade.models import Human
 from plantigrade.motion.blends import quintic_rise
 
 
-@dataclass(frozen=True, kw_only=True)
-class StandingSettings:
-    """When a walk stops, how it comes to quiet standing, and how it starts again."""
-
-    max_step_length: float = 0.25
-    """Longest step after which it may stop [recorded steps]. Chosen (±20 %: deviation 17 %)."""
-    weight_shift_time: float = 1.5
-    """Time from the last step to quiet standing, and greatest time in which the weight is shifted
-    to the first stance foot [s]. Chosen (±20 %: deviation 13 %)."""
-
-
 class Settling(Reference):
     """The posture of the last step turns into standing; feet stay where they are.
 

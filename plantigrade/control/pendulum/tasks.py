@@ -35,20 +35,15 @@ class JointVelocitySettings:
     slow beginning of a movement over more than a radian, which was never met.
     """
 
-    gain: float = 5.5
-    """Velocity by error near zero [1/s]."""
     max_velocity: float = 6.6
-    """Greatest velocity [rad/s]; of an error of 1.2 rad."""
-    time: float = 0.055
-    """Time in which the velocity is reached [s]; in one step of the physics it would throw the
-    body. Chosen (±20 %: deviation 8 %)."""
+    """Greatest velocity [rad/s]."""
     swing_toe_factor: float = 2.0
     """Factor of gain and rate within a foot that swings: its toes are needed again soon. It stands
     for the constants of joints of [Tsai2010]_, whose table the printed text lacks."""
 
-    def velocity(self, error: Float[Array, "*n"]) -> Float[Array, "*n"]:
-        """Return the desired velocity [rad/s] by the error [rad]."""
-        return np.minimum(np.maximum(self.gain * error, -self.max_velocity), self.max_velocity)
+    def limited(self, velocity: Float[Array, "*n"]) -> Float[Array, "*n"]:
+        """Return a velocity, no greater than the greatest [rad/s]."""
+        return np.minimum(np.maximum(velocity, -self.max_velocity), self.max_velocity)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,9 +90,6 @@ class WalkingTaskSettings:
     [Herr2008]_. Without it the pelvis was turned back after every touchdown, and the centre of
     pressure went to the toes and back to the heel (ankle moment r .91, now .93); with 12, a person
     with legs of half the length fell."""
-    min_friction_error: float = 0.06
-    """Error of the divergent component from which friction pyramids have a corner in the direction
-    of the desired acceleration [leg lengths]; half way between corners they lack 0.3 of it."""
     hanging_height: float = 0.001
     """Height above which a point cannot press before it is down [m]: the body leaned on heels that
     hung 2 mm over the ground, and fell on them with three times its weight."""
@@ -189,8 +181,8 @@ class WalkingTasks:
         error = root_error(ref.q[3:7], body.qpos[3:7])
         gain, time = critically_damped(own.weights.joint_stiffness)
         desired[3:6] = (desired[3:6] + gain * error) / time
-        velocity = joints.velocity(ref.q[7:] - body.qpos[7:])
-        desired[6:] = (desired[6:] + factor * velocity) * (factor / joints.time)
+        velocity = joints.limited(gain * (ref.q[7:] - body.qpos[7:]))
+        desired[6:] = (desired[6:] + factor * velocity) * (factor / time)
         desired += rate**2 * ref.a
         desired[:3] = 0.0
         return desired

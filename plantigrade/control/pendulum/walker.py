@@ -291,8 +291,8 @@ class Walker(Controller):
 
     def _may_stand(self, state: State) -> bool:
         """Return whether balance could take over now, and should."""
-        own = self.settings.standing
-        if self.targets[0].value > 0.0 or self._speed.scale > own.max_step_length:
+        own = self.settings.speed
+        if self.targets[0].value > 0.0 or self._speed.scale > own.min_corrected_scale:
             return False
         if len(self.pendulum.gait.stance_feet) < len(SIDES):
             return False
@@ -316,7 +316,7 @@ class Walker(Controller):
         x, y = feet.mean(axis=0)[:2]
         place = (float(x), float(y), self.frame.angle)
         stands = standing_on(human, world.ground, placement=place)
-        duration = self.settings.standing.weight_shift_time
+        duration = self.settings.speed.weight_shift_time
         settling = Settling(human, state.qpos, stands, state.time, duration)
         self._balance = Balance(settling, settings=self.settings.balance)
 
@@ -333,7 +333,7 @@ class Walker(Controller):
         xi = float((body.com + body.com_velocity / reference.omega)[1])
         left = (goal - xi) * (1.0 if start.stance else -1.0)
         near = left <= own.balance.recovery.step.support_margin
-        if not near and since < own.standing.weight_shift_time:
+        if not near and since < own.speed.weight_shift_time:
             middle = float(feet[:, 1].mean())
             shift = 100.0 * (goal - middle) * self.frame.turn[:2, 1]
             for target, value in zip(self._balance.targets[:2], shift, strict=True):

@@ -50,10 +50,7 @@ class ReplaySettings:
     tasks: TaskSettings = TaskSettings(
         com_weight=(12.0, 12.0, 5.0),
         stance_rotation_weight=0.5,
-        contact_weight=30.0,
-        dcm_gain=3.0,
         com_height_stiffness=80.0,
-        max_ascent=8.0,
     )
 
 
@@ -199,15 +196,9 @@ class Replay(Controller):
 
     def _command(self, state, body, ref, low, height, feet, step) -> Command:
         """Return the command of the whole-body program."""
-        gait, reference, normal = self.gait, self.reference, self.normal
-        qvel = state.qvel
+        gait, normal = self.gait, self.normal
         rate = min(gait.rate, self.settings.footsteps.rates[-1])
-        on, soon = ref.contact > 0.5, ref.contact_soon > 0.5
-        for i, own in enumerate(gait.feet):
-            if own.early:
-                just = reference.at(own.touchdown + STEP)
-                on[self.of_side[i]] = just.contact[self.of_side[i]] > 0.5
-                soon[self.of_side[i]] = just.contact_soon[self.of_side[i]] > 0.5
+        on, soon = self._planned(ref)
         gap = height - self._lifted()
         active, held = self._touching(on, soon, gap)
         points = body.rigid_points(self.points.body[active], low[active])
@@ -228,18 +219,7 @@ class Replay(Controller):
         )
         rows: list[Rows | PointRows] = [tasks.com.rows(body, acceleration=acceleration)]
         hanging = self.side_of[on & (gap > self.settings.gait.contact.max_planned_height)]
-        for i, own in enumerate(gait.feet):
-            target = (
-                ref.foot_rotation[i],
-                rate * ref.foot_angular_velocity[i],
-                rate**2 * ref.foot_angular_acceleration[i],
-            )
-            hangs = bool((hanging == i).any())
-            rotation = tasks.rotation(i, target, normal if own.in_stance else None, hangs)
-            rows.append(rotation.rows(body))
-            if not own.in_stance:
-                tasks.swing[i].target = self._swing(own, i, ref, rate, feet, state.time)
-                rows.append(tasks.swing[i].rows(body))
+        rows += self._foot_rows(body, ref, rate, feet, hanging, state.time)
         if held.any():
             rows.append(tasks.settings.still(points, held, gap[active], normal))
         touching = Touching(
@@ -262,23 +242,43 @@ class Replay(Controller):
             passive=passive,
             points=points,
         )
-        ahead = 0.5 * (step + 1.0 / state.world.rate)
         apart = state.angles - ref.q[7:]
         self.off = (body.com - ref.com)[:2]
-        return StablePD(
-            state.angles,
-            qvel[6:] + ahead * answer.qacc[6:],
-            torque=answer.torque,
-            stiffness=0.0,
-            damping=self.damping,
-            signals={
-                "tracking_error": sqrt(apart @ apart / len(apart)),
-                "phase": gait.phase,
-                "phase_rate": gait.rate,
-                "off_path": self.off,
-                "solved": float(answer.ok),
-            },
-        )
+        signals = {
+            "tracking_error": sqrt(apart @ apart / len(apart)),
+            "phase": gait.phase,
+            "phase_rate": gait.rate,
+            "off_path": self.off,
+            "solved": float(answer.ok),
+        }
+        velocity = state.rates + 0.5 * (step + 1.0 / state.world.rate) * answer.qacc[6:]
+        return StablePD(state.angles, velocity, answer.torque, 0.0, self.damping, signals=signals)
+
+    def _planned(self, ref) -> tuple[Array, Array]:
+        """Return which points are on the ground in the motion, now and soon."""
+        on, soon = ref.contact > 0.5, ref.contact_soon > 0.5
+        for i, own in enumerate(self.gait.feet):
+            if own.early:
+                just = self.reference.at(own.touchdown + STEP)
+                on[self.of_side[i]] = just.contact[self.of_side[i]] > 0.5
+                soon[self.of_side[i]] = just.contact_soon[self.of_side[i]] > 0.5
+        return on, soon
+
+    def _foot_rows(self, body, ref, rate: float, feet, hanging: Array, time: float) -> list[Rows]:
+        """Return the rows of both feet; ``hanging`` are the sides of points that hang."""
+        tasks, rows = self.tasks, []
+        for i, own in enumerate(self.gait.feet):
+            target = (
+                ref.foot_rotation[i],
+                rate * ref.foot_angular_velocity[i],
+                rate**2 * ref.foot_angular_acceleration[i],
+            )
+            normal, hangs = self.normal if own.in_stance else None, bool((hanging == i).any())
+            rows.append(tasks.rotation(i, target, normal, hangs).rows(body))
+            if not own.in_stance:
+                tasks.swing[i].target = self._swing(own, i, ref, rate, feet, time)
+                rows.append(tasks.swing[i].rows(body))
+        return rows
 
     def _touching(self, on: Array, soon: Array, gap: Array) -> tuple[Array, Array]:
         """Return which points touch, and which of them are held.

@@ -106,7 +106,7 @@ class FootstepPlanner:
         """Return the rate of the phase in double support; 1 where no step follows."""
         if self.reference.schedule.after("r", self.gait.phase) is None:
             return 1.0
-        return self.settings.double_support_rate(recovery_share)
+        return self.gait.settings.double_support_rate(recovery_share)
 
     def plan(
         self, body: BodyState, ref: Instant, feet: Float[Array, "2 3"], dt: float

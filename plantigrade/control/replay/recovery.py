@@ -18,6 +18,7 @@ from plantigrade.control.gait.step import StepPlanner, StepSettings
 from plantigrade.control.gait.support import beyond
 from plantigrade.control.gait.swing import SwingOffset
 from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
+from plantigrade.control.gait.tasks import TaskSettings
 from plantigrade.kinematics.state import State as BodyState
 
 
@@ -32,9 +33,8 @@ class WaitingSettings:
     """Time until the motion's next lift-off from which it has no step of its own [s]. Chosen."""
     rest_time: float = 0.2
     """Time for which they do before the motion goes on [s]. Chosen."""
-    lowering_decay_time: float = 0.3
-    """Time constant of the return to full height when the motion moves the feet again [s].
-    Chosen."""
+    rise_time: float = TaskSettings.rise_time
+    """Time constant of the return to full height when the motion moves the feet again [s]."""
 
 
 class RecoverySteps:
@@ -90,7 +90,7 @@ class RecoverySteps:
         """
         own, steps = self.settings, self.planner.settings
         if not self.displaced:
-            self.lowering *= exp(-step / own.lowering_decay_time)
+            self.lowering *= exp(-step / own.rise_time)
         if not self.waiting and not (recovers and self._motion_stands()):
             return
         now = self._pendulum(body, low, heading)
