@@ -1,14 +1,15 @@
 """Sensitivity of a controller to its settings: each one changed by a fifth, over a short battery.
 
 Walking: on level ground, pushed, along a path, at changing speeds and heights, on bumps, over edges
-and steps, shoved hard, standing and pushed there, round sharp corners, and with slow ticks.
-Standing: undisturbed, pushed forward, sideways and off balance, and on a moving floor. A setting
+and steps, shoved hard, standing and pushed there, round sharp corners, with slow ticks, as fast as
+can be, and under a barrier. Standing: undisturbed, pushed forward, sideways and off balance, on a
+moving floor, leaning with bent knees, and jumping. A setting
 matters if a change of it costs or saves time on the feet, or changes the deviation by
 :data:`MATTERS`.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,17 +23,20 @@ from experiments.table import Grid, Row
 from experiments.walk_trial import WalkTrial, world_of
 from experiments.walkers import Walker, walker
 from experiments.walking import own_walk, person, runs
+from plantigrade.control.balance import script_named, scripted
 from plantigrade.control.choices import CONTROLLERS, Situation, controller_named
 from plantigrade.control.numbers import numbers_of
 from plantigrade.errors import ParameterError
 from plantigrade.threads import on_one_thread
 from plantigrade.world import (
+    Barrier,
     Controller,
     Disturbance,
     FloorShift,
     InitialState,
     PhasePush,
     Push,
+    on_ground,
     standing_on,
     world_for,
 )
@@ -108,18 +112,49 @@ WALKS: Mapping[str, WalkCase] = {
     ),
     "corner": WalkCase(duration=6.0, points=((1.5, 0.0), (1.5, 1.0), (0.5, 1.0))),
     "slow ticks": WalkCase(duration=4.0, tick=0.02),
+    "fast": WalkCase(duration=5.0, script=((0.5, "speed", 9.0),)),
+    "barrier": WalkCase(duration=5.0, disturbances=(Barrier(ahead=3.0, height=1.65),)),
 }
 """The battery of walking controllers."""
-STANDS: Mapping[str, tuple[tuple[Disturbance, ...], bool]] = {
-    "quiet": ((), False),
-    "pushed forward": ((Push(force=60.0, duration=0.2, direction=0.0, time=0.2),), False),
-    "pushed aside": ((Push(force=60.0, duration=0.2, direction=np.pi / 2, time=0.2),), False),
-    "shifted": ((FloorShift(distance=0.05, duration=0.3, direction=0.0, time=0.2),), False),
-    "stepping": ((Push(force=220.0, duration=0.2, direction=0.5, time=0.2),), True),
+
+
+@dataclass(frozen=True, kw_only=True)
+class StandCase:
+    """A case of the battery of those who stand.
+
+    Attributes:
+        duration: Duration [s].
+        disturbances: The disturbances.
+        stepping: Whether balance may step.
+        targets: Targets that are set after half a second, and their values.
+        motion: A foot motion, for balance and a person with multi-segment feet; none if empty.
+    """
+
+    duration: float = 2.0
+    disturbances: tuple[Disturbance, ...] = ()
+    stepping: bool = False
+    targets: Mapping[str, float] = field(default_factory=dict)
+    motion: str = ""
+
+
+STANDS: Mapping[str, StandCase] = {
+    "quiet": StandCase(),
+    "pushed forward": StandCase(
+        disturbances=(Push(force=60.0, duration=0.2, direction=0.0, time=0.2),)
+    ),
+    "pushed aside": StandCase(
+        disturbances=(Push(force=60.0, duration=0.2, direction=np.pi / 2, time=0.2),)
+    ),
+    "shifted": StandCase(
+        disturbances=(FloorShift(distance=0.05, duration=0.3, direction=0.0, time=0.2),)
+    ),
+    "stepping": StandCase(
+        disturbances=(Push(force=220.0, duration=0.2, direction=0.5, time=0.2),), stepping=True
+    ),
+    "bent": StandCase(targets={"weight forward": 4.0, "height": -10.0, "knees flexion": 20.0}),
+    "jump": StandCase(duration=4.0, motion="jump"),
 }
-"""The battery of standing controllers: disturbances, and whether steps are allowed."""
-STAND = 2.0
-"""Duration of standing [s]."""
+"""The battery of standing controllers."""
 
 
 @on_one_thread
@@ -161,18 +196,26 @@ def _walk(one: Walker, case: WalkCase) -> tuple[float, float]:
 @on_one_thread
 def stood(name: str, values: Mapping[str, Any], cases: Sequence[str]) -> Result:
     """Return time on the feet [s] and deviation [mm] of a battery of standing."""
-    human, ground = person(), ground_named("flat")
-    qpos, found = standing_on(human, ground), []
-    for case in cases:
-        acting, steps = STANDS[case]
-        stepping = {"stepping": True} if steps and name == "balance" else {}
-        at = Situation(human=human, ground=ground, standing=qpos)
+    ground, found = ground_named("flat"), []
+    for case in (STANDS[each] for each in cases):
+        if case.motion and name != "balance":
+            continue
+        human = person(feet="multi-segment" if case.motion else None)
+        qpos, script = standing_on(human, ground), None
+        if case.motion:
+            script = scripted(human, script_named(case.motion))
+            qpos = on_ground(human, ground, script.motion.qpos[0])
+        stepping = {"stepping": True} if case.stepping and name == "balance" else {}
+        at = Situation(human=human, ground=ground, standing=qpos, script=script)
         controller = controller_named(name, at, {**stepping, **values})
         start = InitialState(human, ground, qpos, np.zeros(human.model.nv))
-        world = world_for(controller, start, acting, recording=False)
+        world = world_for(controller, start, case.disturbances, recording=False)
         state, off = world.reset(), []
         first = state.body.com[:2]
-        while world.fall is None and world.diverged is None and world.time < STAND - 1e-9:
+        while world.fall is None and world.diverged is None and world.time < case.duration - 1e-9:
+            if world.time >= 0.5:
+                for target in controller.targets:
+                    target.set(case.targets.get(target.name, target.value))
             state = world.step(controller(state))
             off.append(state.body.com[:2] - first)
         found.append((world.time, 1e3 * float(np.sqrt(np.mean(np.square(off).sum(axis=1))))))
