@@ -11,7 +11,7 @@ from plantigrade.control.gait.disturbance import DisturbanceEstimator, Disturban
 from plantigrade.control.gait.loads import transferred
 from plantigrade.control.gait.person import SoleShape
 from plantigrade.control.gait.phase import Foot
-from plantigrade.control.gait.reference import STEP, reference_of
+from plantigrade.control.gait.reference import STEP, ReferenceSettings, reference_of
 from plantigrade.control.gait.swing import SwingOffset
 from plantigrade.control.pendulum import Pendulum, PendulumSettings, walk_of
 from plantigrade.control.pendulum.hold import CommandHold
@@ -111,6 +111,19 @@ def test_the_mass_of_a_periodic_walk_moves_as_its_feet_can_bear_it(walk):
     np.testing.assert_allclose(com[-1] - com[0], found.advance[:2], atol=1e-9)
     assert np.abs(found.rows.com - recorded.rows.com).max(axis=0) == pytest.approx(0.0, abs=0.04)
     np.testing.assert_array_equal(found.rows.com[:, 2], recorded.rows.com[:, 2])
+
+
+def test_a_walk_whose_stance_feet_slide_stands_on_the_slower_one(walk):
+    motion = walk.motion
+    qpos, qvel = motion.qpos.copy(), motion.qvel.copy()
+    qpos[:, 1] += 0.6 * (motion.time - motion.time[0])  # as where a stride of a turn was closed
+    qvel[:, 1] += 0.6
+    slides = replace(walk, motion=replace(motion, qpos=qpos, qvel=qvel, qacc=None, events=()))
+    flies, walks = (
+        1.0 - reference_of(slides, settings=settings).rows.contact.any(axis=1).mean()
+        for settings in (ReferenceSettings(), PendulumSettings().reference)
+    )
+    assert flies > 0.5 and walks < 0.05
 
 
 def test_the_mass_of_a_walk_that_ends_does_so_between_its_ends(walk):

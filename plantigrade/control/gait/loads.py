@@ -1,5 +1,6 @@
 """Load of the contact spheres over a motion: measured, estimated, or from their movement."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,9 @@ class LoadSettings:
     deviation 8 %)."""
     max_speed: float = 0.4
     """Speed up to which it may [m/s]. Chosen (±20 %: deviation 12 %)."""
+    max_sliding_speed: float = 0.0
+    """Speed up to which the slower foot near the ground does where no foot is as slow as that
+    [m/s]: a stride that turns, closed, lets feet slide that stood, and a walk does not fly."""
     max_height_difference: float = 0.006
     """Height above the lowest sphere of a loaded foot up to which one shares its load [m]. Heels
     that were held down until they were 20 mm up rose late, and the stance leg was straight before
@@ -81,8 +85,8 @@ def site_loads(
     if load.any():
         return load
     height, weight = kinematics.contact_height, record.weight
-    near = (height < settings.max_height) & (kinematics.contact_speed < settings.max_speed)
     own = [np.array([s.side == side for s in sites]) for side in SIDES]
+    near = _near(height, kinematics.contact_speed, own, settings)
     feet = np.stack([foot_load(record, side, len(load), step) for side in SIDES], axis=1)
     touches = np.stack([near[:, mine].any(axis=1) for mine in own], axis=1)
     unknown = np.isnan(feet)
@@ -140,3 +144,16 @@ def foot_load(record: Record, side: str, n: int, step: float) -> Float[Array, " 
     found = np.interp(time, motion.time, np.maximum(np.nan_to_num(load), 0.0))
     found[np.interp(time, motion.time, known.astype(float)) < 0.999] = np.nan
     return found
+
+
+def _near(height: Array, speed: Array, own: Sequence[Array], settings: LoadSettings) -> Array:
+    """Return which spheres may carry load, by height [m] and speed [m/s]; ``own``: of each foot."""
+    low = height < settings.max_height
+    near = low & (speed < settings.max_speed)
+    sliding = np.where(low & (speed < settings.max_sliding_speed), speed, np.inf)
+    slowest = np.stack([sliding[:, mine].min(axis=1) for mine in own], axis=1)
+    alone = ~near.any(axis=1)
+    for mine, each in zip(own, slowest.T, strict=True):
+        bears = alone & (each <= slowest.min(axis=1))
+        near[:, mine] |= bears[:, None] & np.isfinite(sliding[:, mine])
+    return near

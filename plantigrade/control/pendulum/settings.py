@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from plantigrade.control.balance import BalanceSettings
 from plantigrade.control.gait.disturbance import DisturbanceSettings
+from plantigrade.control.gait.loads import LoadSettings
 from plantigrade.control.gait.phase import GaitSettings
 from plantigrade.control.gait.planner import FootstepSettings
 from plantigrade.control.gait.reference import ReferenceSettings
@@ -35,8 +36,8 @@ class PendulumSettings:
     max_height_difference: float = 0.06
     """Greatest difference in height of the stance feet of a walk on level ground [m]. Chosen (±20
     %: not met)."""
-    reference: ReferenceSettings = ReferenceSettings()
-    """How the recorded walk is made a reference."""
+    reference: ReferenceSettings = ReferenceSettings(load=LoadSettings(max_sliding_speed=1.0))
+    """How the recorded walk is made a reference; a walk does not fly."""
     gait: GaitSettings = GaitSettings(
         late_descent_speed=1.0, swing=SwingOffsetSettings(max_acceleration=70.0)
     )
