@@ -1,11 +1,13 @@
 """Contact sites of hands, knees and seat, which rest on a floor, an armrest, a wall or a rail."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from plantigrade.bounds import word
 from plantigrade.constants import SIDES
 from plantigrade.contact.seat import seat_sites
-from plantigrade.contact.site import ContactSite, Point
+from plantigrade.contact.site import ContactSite, Point, foot_sites
 from plantigrade.models import Human
 
 REFERENCE_HEIGHT = 1.75  # [m] stature of the person whom the following length belongs to
@@ -14,7 +16,12 @@ HAND_PART = "hand"  #: Part name of a site that rests on an armrest, a wall or a
 KNEE_PART = "knee"  #: Part name of a site that kneels
 KNEELING_PITCH = float(np.pi / 2)
 """Forward pitch of a shank that lies on the ground [rad]; its knee rolls from there."""
-SUPPORTED_PARTS = tuple(f"{part}_{side}" for part in ("hand", "knee", "seat") for side in SIDES)
+TOES_PART = "toes"  #: Part name of the ball of a foot that kneels on its toes
+BALL = "metatarsal_1"
+"""Sphere on which kneeling toes rest; the axis of the knee turns the shank so that it is lowest."""
+SUPPORTED_PARTS = tuple(
+    f"{part}_{side}" for part in ("hand", "knee", "seat", TOES_PART) for side in SIDES
+)
 """Parts of the body that a support of a task may carry, besides feet."""
 
 
@@ -25,10 +32,11 @@ def palm(human: Human, side: str) -> Point:
 
 
 def limb_site(human: Human, part: str, *, on_ground: bool = False) -> ContactSite:
-    """Return the contact site of a hand, a knee or an ischium.
+    """Return the contact site of a hand, a knee, an ischium or the toes of a leg that kneels.
 
-    A hand rests on the middle of the palm, a point, which on the ground is on its surface. A knee
-    rests on a sphere about the joint as thick as the thigh, which the shank turns.
+    A hand rests on the middle of the palm, a point, which on the ground is as far from the bones as
+    the surface of the wrist. A knee rests on a sphere about the joint as thick as the thigh, which
+    the shank turns; toes of a leg that kneels roll on the ball of the foot.
 
     Raises:
         ParameterError: If the part is none of :data:`SUPPORTED_PARTS`.
@@ -37,13 +45,17 @@ def limb_site(human: Human, part: str, *, on_ground: bool = False) -> ContactSit
     stem, side = part[:-2], part[-1]
     if stem == "seat":
         return next(site for site in seat_sites(human) if site.name == part)
+    if stem == TOES_PART:
+        ball = next(s for s in foot_sites(human) if s.name == f"{BALL}_{side}")
+        return replace(ball, side="", part=TOES_PART, name=part)
     if stem == "knee":
         thigh = next(b for b in human.skeleton.bodies if b.name == f"femur_{side}")
         radius = float(thigh.solids[0].radius)
         return ContactSite(body=f"tibia_{side}", radius=radius, name=part, part=KNEE_PART)
     point = palm(human, side)
     position = np.array(point.position)
-    if on_ground:
-        hand = next(b for b in human.skeleton.bodies if b.name == point.body)
-        position += [min(map(float, hand.solids[0].b)), 0.0, 0.0]
+    if on_ground:  # as thick as the wrist, which is above the ground then
+        wrist = human.skeleton.parts[f"radius_{side}"][0]
+        forearm = next(b for b in human.skeleton.bodies if b.name == wrist)
+        position += [float(forearm.solids[-1].radius), 0.0, 0.0]
     return ContactSite(body=point.body, position=position, name=part, part=HAND_PART)

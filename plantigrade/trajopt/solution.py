@@ -179,7 +179,7 @@ class Solution:
         depth = np.full(len(times), -np.inf)
         q, v, a = self.problem.states(self.coefficients, times)
         for family in self.problem.rows:
-            if (name := family.name) in (LEGS, ARMS, GROUND):
+            if (name := family.name).startswith((LEGS, ARMS, GROUND)):
                 u = np.zeros((len(times), family.function.size1_in(3)))
                 free = ConstraintFamily.free(name, family.function, family.names, len(times))
                 depth = np.maximum(depth, -values(free, q, v, a, u).min(axis=1) / ROW_SCALE)

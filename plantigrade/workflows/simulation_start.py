@@ -269,9 +269,8 @@ def _require_feet_and_seats(record: Record) -> None:
 
 
 def _carriers(record: Record) -> tuple[ContactSite, ...]:
-    """Return the sites on no foot that a seat carries."""
-    seats = {seat.site for seat in record.ground.seats}
-    return tuple(site for site in record.sites if site.name in seats and not site.measured)
+    """Return the sites on no foot that a seat or the ground carries."""
+    return tuple(site for site in record.sites if not site.side and not site.measured)
 
 
 def situation(begin: Start, ground: Ground) -> Situation:

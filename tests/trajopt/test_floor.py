@@ -31,16 +31,16 @@ def on_knee(height: float = 0.0, friction: float | None = None) -> ContactPlan:
 
 
 @cache
-def risen() -> Record:
-    """A person who stands up from one knee, on a coarse mesh."""
-    task = replace(make_task("get-up", person()), nodes_per_second=12.0)
+def risen(begin: str = "half-kneeling") -> Record:
+    """A person who gets up, on a coarse mesh."""
+    task = replace(make_task("get-up", person(), {"begin": begin}), nodes_per_second=14.0)
     made = synthesize(task.body_of(person()), task)
     assert made.success
     return made.record()
 
 
-def knee(record: Record) -> int:
-    return [s.name for s in record.sites].index("knee_l")
+def knee(record: Record, name: str = "knee_l") -> int:
+    return [s.name for s in record.sites].index(name)
 
 
 def test_a_kneeling_knee_rolls_without_slipping():
@@ -87,6 +87,33 @@ def test_a_person_stands_up_from_one_knee():
     force, planned = record.contact_force[:, k, 2], record.contact_planned[:, k]
     assert force[planned].max() > 0.2 * record.weight and not force[~planned].any()
     assert force.min() >= 0.0 and not record.ground.seats
+
+
+def test_a_first_guess_rests_where_the_plan_has_it():
+    task = make_task("get-up", person(), {"side": "l"})
+    body, times = task.body_of(person()), np.array([0.0, 0.5, 1.0, 2.0, 2.3])
+    q = task.guess(body, task.plan, times)
+    at = derivatives_of(site_places(body, np.zeros((5, len(body.sites))), rates=False).function)
+    p = np.tile([1.0, 0.0], (5, len(body.sites)))
+    rows = at.values(q, 0 * q, 0 * q, np.zeros((5, 3 * len(body.sites))), p).reshape(5, -1, 3)
+    for support in task.plan.supports:
+        k = [s.name for s in body.sites].index(support.site.name)
+        held = times <= support.stop
+        np.testing.assert_allclose(
+            rows[held, k], np.tile(support.position, (held.sum(), 1)), atol=1e-3
+        )
+
+
+@pytest.mark.slow
+@pytest.mark.solver
+def test_a_person_gets_up_from_hands_and_knees():
+    record = risen("all-fours")
+    verdict = check(record)
+    assert verdict.ok, [f.sentence() for f in verdict.findings]
+    assert record.contact_force is not None
+    parts = ("hand_l", "hand_r", "knee_l", "knee_r", "toes_l")
+    shares = record.contact_force[0, [knee(record, n) for n in parts], 2] / record.weight
+    assert shares.sum() == pytest.approx(1.0, abs=0.02) and shares.min() > 0.02
 
 
 @pytest.mark.solver

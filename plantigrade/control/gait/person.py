@@ -17,10 +17,9 @@ SEAT = len(SIDES)
 
 
 def world_sites(record: Record) -> tuple[ContactSite, ...]:
-    """Return the contact spheres of the feet, and the places that seats carry, as a world has."""
-    seats = {seat.site for seat in record.ground.seats}
-    seated = [s for s in record.sites if s.name in seats and not s.measured]
-    return (*contact_sites(record.human), *seated)
+    """Return the contact spheres of the feet, and what else seats or the ground carry."""
+    others = [s for s in record.sites if not s.side and not s.measured]
+    return (*contact_sites(record.human), *others)
 
 
 def leg_length(human: Human) -> float:

@@ -9,7 +9,15 @@ from typing import Annotated, Any, Literal
 
 from plantigrade.bounds import Bounded, number, word
 from plantigrade.errors import ParameterError, known_names
-from plantigrade.options import Cadence, Degrees, Flag, Metres, optional, refuse_unknown
+from plantigrade.options import (
+    Cadence,
+    Degrees,
+    Flag,
+    Metres,
+    Seconds,
+    optional,
+    refuse_unknown,
+)
 
 Side = Literal["r", "l"]
 Heights = Annotated[tuple[float, ...] | None, optional("METRES [METRES ...]")]
@@ -228,8 +236,10 @@ class GetUp(TaskSettings):
     activity = "getting up from the floor"
     ranges = {"duration": (1.5, MAX_DURATION, "s")}
 
-    duration: float = 3.0
-    """Duration, from kneeling on one knee to standing [s]."""
+    begin: Literal["half-kneeling", "all-fours"] = "all-fours"
+    """Kneeling on one knee, or on hands and knees."""
+    duration: Seconds = None
+    """Duration, until standing [s]; by default 3 from one knee, 6 from hands and knees."""
     side: Side = "r"
     """Side of the foot ahead; the other knee is on the floor."""
 

@@ -38,9 +38,10 @@ def with_supports(task: MotionTask, supports: Sequence[PointSupport]) -> MotionT
             )
     plan = replace(task.plan, supports=(*task.plan.supports, *supports))
     terms, guess = (*task.terms, *map(InFront, surfaces)), HandsOnSupports(task.guess)
-    if any(s.site.part != HAND_PART for s in supports):  # low, thighs come near both arms
+    if any(s.site.part != HAND_PART for s in supports):  # near the ground
         guess = InContact(task.guess)
         terms = tuple(
-            replace(t, opposite_thighs=True) if isinstance(t, SolidLimbs) else t for t in terms
+            replace(t, opposite_thighs=True, shanks=True) if isinstance(t, SolidLimbs) else t
+            for t in terms
         )
     return replace(task, plan=plan, terms=terms, guess=guess)

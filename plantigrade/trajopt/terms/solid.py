@@ -70,6 +70,9 @@ class SolidLimbs(Term):
     #: Whether an arm keeps away from the thigh of the other side too, which only a thigh that is
     #: raised above the horizontal comes near; rows of arms then take a fifth longer
     opposite_thighs: bool = False
+    #: Whether an arm keeps away from both shanks too, which only a person near the ground comes
+    #: near
+    shanks: bool = False
 
     def spaced(self, plan: ContactPlan) -> tuple[Spaced, ...]:
         """Return when a swinging foot passes the other leg: that must not happen between nodes.
@@ -96,9 +99,9 @@ class SolidLimbs(Term):
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit the rows."""
         near = self.arms * b.body.human.height / REFERENCE_HEIGHT
-        n, opposite = len(b.nodes), self.opposite_thighs
+        n, near_to = len(b.nodes), (self.opposite_thighs, self.shanks)
         for family, margin in (
-            (legs(b.body, n), self.margin), (arms(b.body, n, opposite), near),
+            (legs(b.body, n), self.margin), (arms(b.body, n, *near_to), near),
         ):  # fmt: skip
             if np.isfinite(margin):
                 b.limit(b.add(family), lower=ROW_SCALE * margin)
@@ -134,10 +137,12 @@ def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
     )
 
 
-def arms(body: ContactBody, n_nodes: int, opposite_thighs: bool = False) -> ConstraintFamily:
-    """Return how far arms are from trunk, head, thighs and each other, thighs from the trunk."""
+def arms(
+    body: ContactBody, n_nodes: int, opposite_thighs: bool = False, shanks: bool = False
+) -> ConstraintFamily:
+    """Return how far arms are from trunk, head, legs and each other, thighs from the trunk."""
     human = body.human
-    family = ARMS + " and both thighs" * opposite_thighs
+    family = ARMS + " and both thighs" * opposite_thighs + " and shanks" * shanks
 
     def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
         at = _Placed(ca, body, q)
@@ -146,9 +151,10 @@ def arms(body: ContactBody, n_nodes: int, opposite_thighs: bool = False) -> Cons
                  if s.kind == "ellipsoid"]  # fmt: skip
         for side in SIDES:
             near = SIDES if opposite_thighs else (side,)
-            thighs, d = [leg_rods(human, each)[0] for each in near], []
+            legs, d = [leg_rods(human, each)[0] for each in near], []
+            legs += [leg_rods(human, each)[1] for each in SIDES] if shanks else []
             for x in arm_spheres(human, side):
-                d += [at.apart(x, thigh) for thigh in thighs]
+                d += [at.apart(x, leg) for leg in legs]
                 d += [at.distance(x, name, solid) for name, solid in trunk]
             rows.append(ROW_SCALE * _least(ca, d))
         right, left = (free_arm_rods(human, side) for side in SIDES)
