@@ -213,7 +213,7 @@ class Balance(Controller):
             contacts.touching.normal,
             stiffness=s.contact_gain,
             damping=2 * s.contact_gain**0.5,
-            weight=s.contact_weight,
+            weight=s.com_weight,
             drift=contacts.ground_velocity,
         )
         return [rows]

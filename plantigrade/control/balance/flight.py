@@ -20,9 +20,6 @@ from plantigrade.wbc.tasks.point import axis_error
 class FlightSettings:
     """Clock and feet in flight."""
 
-    early_take_off: float = 0.06
-    """Time before the planned take-off from which a body without contact flies [s]. Chosen (±20 %:
-    not met)."""
     max_wait: float = GaitSettings.max_wait
     """Longest time the clock waits for a touchdown after the planned one [s]; as in walking."""
     max_foot_shift: float = 0.2
@@ -32,9 +29,9 @@ class FlightSettings:
 class FlightClock:
     """The time of a reference, led by take-off and touchdown.
 
-    A flight begins when nothing touches, at the earliest :attr:`FlightSettings.early_take_off`
-    before its time. It ends when something touches while the body comes down, for toes may drag on
-    the way up; until then the reference stays at its last instant in the air.
+    A flight begins when nothing touches, at the earliest at its time. It ends when something
+    touches while the body comes down, for toes may drag on the way up; until then the reference
+    stays at its last instant in the air.
 
     Args:
         flights: From when to when the reference flies [s].
@@ -66,8 +63,7 @@ class FlightClock:
             return self._time
         begin, end = self._flights[0]
         if not self._off:
-            if not touches and self._time > begin - self.settings.early_take_off:
-                self._off, self._time = True, max(self._time, begin)
+            self._off = not touches and self._time > begin
         elif touches and falls and self._time > begin:
             self._landed(end)
             return self._time

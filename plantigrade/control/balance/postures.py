@@ -34,14 +34,9 @@ class PostureSolverSettings:
     """Weight of joint angles as in standing [1/rad]. Chosen."""
     momentum_weight: float = 3.0
     """Weight of no angular momentum over body mass, for motions that fly [s/m²]. Chosen."""
-    flying_spine_weight: float = 0.6
-    """Weight of the joints of the spine as in standing, for motions that fly [1/rad]: with that of
-    other joints the spine made up for the angular momentum of the legs and bent by 90°; with that
-    of the pelvis the trunk was thrown back at take-off and landing."""
-    n_first_iterations: int = 12
-    """Gauss-Newton steps of the first frame. Chosen."""
     n_iterations: int = 3
-    """Gauss-Newton steps of every other frame, from the one before. Chosen."""
+    """Gauss-Newton steps of a frame, from the one before; four times as many of the first.
+    Chosen."""
     max_step: float = 0.3
     """Greatest change of a coordinate in one step [rad, m]. Chosen."""
 
@@ -134,7 +129,7 @@ class PostureSolver:
             feet = self._ankles + ankle[i]
             feet[:, 2] += [shift[i] for shift in shifts]
             rotations = [turn[i] if on else None for turn, on in zip(turns, stands[i], strict=True)]
-            for _ in range(s.n_iterations if i else s.n_first_iterations):
+            for _ in range(s.n_iterations if i else 4 * s.n_iterations):
                 state = state.moved_to(q)
                 q[:] = self._improved(state, feet, rotations, goal[i], before, flight_rate)
         return qpos
@@ -173,7 +168,9 @@ class PostureSolver:
         n = len(self.human.coordinates)
         own = np.r_[np.zeros(3), np.full(3, s.pelvis_weight), np.full(n, s.joint_weight)]
         if flight_rate:
-            own[self._spine] = s.flying_spine_weight
+            # With the weight of other joints the spine made up for the angular momentum of the legs
+            # and bent by 90°; with that of the pelvis the trunk was thrown back at take-off.
+            own[self._spine] = 2.0 * s.joint_weight
         return posture_step(state, rows, self._standing, own, self._free, s.max_step)
 
 

@@ -53,9 +53,8 @@ class RecoverySettings:
     upright_weight: float = 50.0
     """Weight of pelvis and trunk upright [per (rad/s²)²]. Hips and arms may help, but a deep bow
     leaves nothing for the next step."""
-    trunk_frequency: float = 8.0
-    """Natural frequency of the lean of the trunk, critically damped [rad/s]. Chosen (±20 %:
-    deviation 14 %)."""
+    trunk_stiffness: float = TaskSettings.joint_stiffness
+    """Stiffness of the lean of the trunk, critically damped [1/s²]; as of other joints."""
     spine_weight: float = 5.0
     """Weight of joints of trunk and neck [per (rad/s²)²]. Arms may swing; a trunk that twists takes
     the pelvis along when it reaches its stops."""
@@ -139,9 +138,8 @@ class Recovery:
         self.leg_length = leg_length(human)
         self._stance_width = float(np.linalg.norm(np.diff(self.soles(stands)[:, :2], axis=0)))
         s = settings
-        frequency, weight = s.trunk_frequency, s.upright_weight
-        gain = s.foot_orientation_gain
-        self._trunk = AlignmentTask(human.trunk, stiffness=frequency**2, weight=weight)
+        gain, weight = s.foot_orientation_gain, s.upright_weight
+        self._trunk = AlignmentTask(human.trunk, stiffness=s.trunk_stiffness, weight=weight)
         self._orientation, self._position = [], []
         for i, foot in enumerate(self.feet):
             turn = AlignmentTask(foot, stiffness=gain)

@@ -18,7 +18,7 @@ from plantigrade.kinematics.state import State
 class DisturbanceSettings:
     """Filter of the estimate."""
 
-    n_samples: int = 3
+    n_samples: int = 5
     """Number of ticks whose median counts; a touchdown spoils single ones. Chosen (±20 %: deviation
     15 %)."""
     max_force_change: float = 0.15

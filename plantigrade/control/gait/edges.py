@@ -21,10 +21,8 @@ class EdgeSettings:
     """Clearance of a swing foot over an edge, and least distance from it of a contact sphere at
     touchdown [m]. Chosen (±20 %: not met)."""
     passing_distance: float = 0.08
-    """Horizontal distance from which a swing foot passes an edge [m]. Chosen (±20 %: not met)."""
-    fade_distance: float = 0.15
-    """Distance from lift-off and touchdown over which the clearance fades [m]. Chosen (±20 %: not
-    met)."""
+    """Horizontal distance from which a swing foot passes an edge; over twice as much from lift-off
+    and touchdown its clearance fades [m]. Chosen (±20 %: not met)."""
     smoothing_time: float = 0.06
     """Time by which the lift is spread to either side [s]. Chosen (±20 %: not met)."""
 
@@ -52,7 +50,7 @@ def lifts(
         x = low[a:b] @ ground.to_world
         last, first = x[-1:, :, 0], x[:1, :, 0]
         fades = np.minimum(np.abs(x[..., 0] - first), np.abs(x[..., 0] - last))
-        fades = np.minimum(fades / settings.fade_distance, 1.0)
+        fades = np.minimum(fades / (2.0 * settings.passing_distance), 1.0)
         below, above = ground.along(x[..., 0]), ground.along(x[..., 0], settings.passing_distance)
         desired = below + (above - below + settings.clearance * (above > below)) * fades
         needed = np.where(above > below, desired - x[..., 2], 0.0)

@@ -21,10 +21,11 @@ TRUNK = ("lumbar_", "thor")
 
 @dataclass(frozen=True, kw_only=True)
 class TaskSettings:
-    """Weights and gains of tasks: a weight is the root of the cost of a squared unit missed."""
+    """Weights and gains of tasks: a weight is the root of the cost of a squared unit missed.
 
-    spine_weight: float = 1.0
-    """Joints of the spine [per rad/s²]. The unit of all weights."""
+    The weight of joints of the spine is 1 [per rad/s²].
+    """
+
     arm_weight: float = 0.25
     """Joints of arms and neck [per rad/s²]. Chosen: arms are free to balance."""
     leg_weight: float = 0.6
@@ -186,7 +187,7 @@ def joint_weights(human: Human, settings: TaskSettings) -> Float[Array, " n_hing
     weights = []
     for name, within in zip(human.coordinates, within_foot(human), strict=True):
         if name.startswith(TRUNK):
-            weights.append(settings.spine_weight)
+            weights.append(1.0)
         elif within:
             weights.append(settings.toe_weight)
         elif name.startswith(LEGS):

@@ -55,9 +55,7 @@ class PendulumSettings:
     """Slope, soles and footholds."""
     tasks: WalkingTaskSettings = WalkingTaskSettings()
     """Whole-body tasks."""
-    disturbance: DisturbanceSettings = DisturbanceSettings(
-        n_samples=5, max_force_change=1.0, deadband=0.25
-    )
+    disturbance: DisturbanceSettings = DisturbanceSettings(max_force_change=1.0, deadband=0.25)
     """Estimator of the disturbance; of a walk the ground force changes at every tick."""
     speed: SpeedSettings = SpeedSettings()
     """Speed by the length of steps, and changes from walk to walk."""

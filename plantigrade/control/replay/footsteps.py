@@ -32,8 +32,6 @@ class PathReturnSettings:
 
     return_rate: float = 0.2
     """Rate at which the path offset decays [1/s]. Chosen."""
-    max_return_speed: float = 0.06
-    """Greatest speed of that [m/s]. Chosen."""
     max_com_offset: float = 0.12
     """Saturation of the offset of the centre of mass from the path that is followed [m]. Chosen."""
     max_foot_speed: float = 4.5
@@ -95,8 +93,7 @@ class FootstepPlanner:
             dt: Time since the last call [s].
         """
         off = (body.com - ref.com)[:2]
-        rate = min(self.path.return_rate, self.path.max_return_speed / max(hypot(*off), 1e-9))
-        self.path_offset = self.path_offset - dt * off * rate
+        self.path_offset = self.path_offset - dt * self.path.return_rate * off
         away = off - self.path_offset
         far, limit = hypot(*away), self.path.max_com_offset
         if far > limit:
