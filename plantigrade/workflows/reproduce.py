@@ -84,8 +84,7 @@ def run_of(
     Raises:
         ReproduceError: If it shows no walking, or uneven ground.
     """
-    tasks = gait_tasks(settings.tasks)
-    walk = walk_to_reproduce(trial)
+    tasks, walk = gait_tasks(settings.tasks), walk_to_reproduce(trial)
     reference = walk.reference()
     started = clock.perf_counter()
     made = rebuild(reference, tasks)

@@ -122,8 +122,7 @@ def reference_of(
     Raises:
         ParameterError: If the motion has less than two frames.
     """
-    motion, human, weight = record.motion, record.human, record.weight
-    settings = settings or ReferenceSettings()
+    motion, weight, settings = record.motion, record.weight, settings or ReferenceSettings()
     if motion.n_frames < 2 or motion.duration < 5 * STEP:
         raise ParameterError("a replay needs a motion of several frames")
     period, advance = period_of(record, settings.rest_speed)
@@ -131,8 +130,8 @@ def reference_of(
     n = int(np.ceil(motion.duration / STEP - 1e-6)) + 1
     time = np.minimum(motion.time[0] + STEP * np.arange(n), motion.time[-1])
     even = motion.at(time)
-    qpos = even.qpos if clearance is None else held_out(record, even.qpos, clearance)
-    qvel = even.qvel
+    qpos, qvel = even.qpos, even.qvel
+    qpos = qpos if clearance is None else held_out(record, qpos, clearance)
     ends = not periodic and float(np.abs(qvel[-1]).max()) < settings.rest_speed
     sites = world_sites(record)
     force = site_forces(record, sites, time)
@@ -144,8 +143,7 @@ def reference_of(
     if record.ground.steps:
         down = carrying(load, weight, STEP, periodic=False, settings=settings.schedule)
         swept.lift_over_edges(record, sites, down, STEP, settings.edges)
-    height = swept.com @ record.ground.normal - record.ground.under(swept.com)
-    omega = float(np.sqrt(GRAVITY / np.mean(height)))
+    omega = _rate(record, swept.com)
     contact = carrying(load, weight, STEP, periodic=periodic, settings=settings.schedule)
     stances = contact_intervals(sites, contact, STEP, period, shortest)
     schedule = schedule_of(stances, sites, load, omega, STEP, period)
@@ -155,14 +153,21 @@ def reference_of(
     rows.q, rows.v, rows.force = qpos, qvel, force
     rows.a = even.qacc if even.qacc is not None else np.gradient(qvel, STEP, axis=0)
     rows.tau = _torques(record, time)
-    _fill_com(rows, swept, force, load, human.mass, settings.min_cop_load * weight)
+    _fill_com(rows, swept, force, load, record.human.mass, settings.min_cop_load * weight)
     _fill_feet(rows, swept)
     rows.contact, rows.contact_position = contact, swept.contact_position
-    rows.contact_soon = before(contact, round(settings.contact_lead_time / STEP), periodic=periodic)
+    lead = round(settings.contact_lead_time / STEP)
+    rows.contact_soon = before(contact, lead, periodic=periodic)
     if ends:  # a last row at rest
         table[n] = np.where(derivative_order(layout) > 0, 0.0, table[n - 1])
     translation, duration = translation_of(layout), motion.duration
     return Reference(table, layout, translation, schedule, omega, period, duration, advance, ends)
+
+
+def _rate(record: Record, com: Float[Array, "n 3"]) -> float:
+    """Return the rate of the pendulum [1/s]."""
+    height = com @ record.ground.normal - record.ground.under(com)
+    return float(np.sqrt(GRAVITY / np.mean(height)))
 
 
 def _set_down(sites: tuple[ContactSite, ...], load: Float[Array, "n k"], weight: float) -> None:

@@ -28,7 +28,7 @@ from plantigrade.kinematics.state import State as BodyState
 from plantigrade.kinematics.stride import stood_apart
 from plantigrade.record import Record
 from plantigrade.wbc.rows import PointRows, Rows
-from plantigrade.wbc.whole_body import Touching, WholeBody
+from plantigrade.wbc.whole_body import Answer, Touching, WholeBody
 from plantigrade.world import (
     Command,
     Controller,
@@ -278,7 +278,6 @@ class Pendulum(Controller):
             slope,
             None if footstep is None else footstep.time,
         )
-        error = hypot(*plan.dcm_error)
         if plan.recovery_share >= 1.0:  # half way between corners, pyramids lack 0.3 of friction
             contacts = replace(contacts, along=float(np.arctan2(com[1], com[0])))
         rows: list[Rows | PointRows] = [
@@ -309,23 +308,25 @@ class Pendulum(Controller):
             passive=actuators.passive(state.angles, state.rates),
             points=points,
         )
+        return self._springs(state, answer, posture_error)
+
+    def _springs(self, state: State, answer: Answer, posture_error: Array) -> Command:
+        """Return the torques of an answer, with dampers about the motion that it leads to."""
+        gait, footstep = self.gait, self.footstep
         half = 0.5 * (1.0 / state.world.control_rate + 1.0 / state.world.rate)
+        signals = {
+            "tracking_error": sqrt(posture_error @ posture_error / len(posture_error)),
+            "phase": gait.phase,
+            "phase_rate": gait.rate,
+            "capture_error": hypot(*self.plan.dcm_error),
+            "landing": np.full(2, np.nan) if footstep is None else footstep.position,
+            "landing_time": np.nan if footstep is None else footstep.time,
+            "limited": float(answer.limited),
+            "solved": float(answer.ok),
+        }
+        velocity = state.rates + half * answer.qacc[6:]
         command = StablePD(
-            state.angles,
-            state.rates + half * answer.qacc[6:],
-            torque=answer.torque,
-            stiffness=0.0,
-            damping=self._damping,
-            signals={
-                "tracking_error": sqrt(posture_error @ posture_error / len(posture_error)),
-                "phase": gait.phase,
-                "phase_rate": gait.rate,
-                "capture_error": error,
-                "landing": np.full(2, np.nan) if footstep is None else footstep.position,
-                "landing_time": np.nan if footstep is None else footstep.time,
-                "limited": float(answer.limited),
-                "solved": float(answer.ok),
-            },
+            state.angles, velocity, answer.torque, 0.0, self._damping, signals=signals
         )
         return self._hold.keep(command, answer.qacc)
 

@@ -129,9 +129,9 @@ class StepPlan:
     ) -> Footstep:
         """Plan the footstep of a swing foot, and lead the foot to it."""
         gait, reference, settings = self.gait, self.reference, self.settings
-        (other,), omega, leg = gait.stance_feet, reference.omega, self.person.leg_length
+        (other,), omega = gait.stance_feet, reference.omega
         assert foot.stance is not None and other.stance is not None
-        i, k = SIDES.index(foot.side), SIDES.index(other.side)
+        i, k = (SIDES.index(each.side) for each in (foot, other))
         left = max(foot.touchdown - gait.phase, MIN_TIME_LEFT) / reference.cadence
         then = reference.at(foot.touchdown)
         turn = self.predicted_turn(left)
@@ -143,31 +143,17 @@ class StepPlan:
         stance_foot = then.foot_position[k, :2] + gait.offset(other.stance)[:2]
         stance_foot = com + axes @ (stance_foot - com)
         self.axes = body_axes(then.q[3:7])
-        outward = foot.side_sign * self.axes[:, 1]
-        width = float((touchdown.footstep - touchdown.stance_foot) @ outward)
+        apart = (touchdown.footstep - touchdown.stance_foot) @ self.axes[:, 1]
         lands = com + (touchdown.footstep - com) @ axes
-        hip = body.origin(f"femur_{foot.side}")
-        own = body.rigid_points(np.array([body.human.body(f"foot_{foot.side}")]), feet[[i]])
-        foot_velocity = own.velocity[0, :2]
-        reach = Reach(
-            axes=self.axes,
+        own = np.array([body.human.body(f"foot_{foot.side}")])
+        foot_velocity = body.rigid_points(own, feet[[i]]).velocity[0, :2]
+        level = float(then.foot_position[i, 2]) + ground(np.append(lands, 0.0))
+        reach = replace(
+            self._reach(foot, body, axes, foot.side_sign * float(apart), level),
             nominal=touchdown.footstep - stance_foot,
-            side=foot.side_sign,
-            leg_length=leg,
-            min_width=min(gait.settings.swing.min_foot_distance * leg, width),
             swing_offset=here[i] - touchdown.footstep,
-            settings=settings.footsteps,
-            reach=settings.plan,
-            max_descent=settings.tasks.weights.max_descent,
-            stance_foot_size=settings.swing.stance_foot_size,
             foot_velocity=axes @ foot_velocity,
-            max_foot_acceleration=gait.settings.swing.max_acceleration,
-            hip=axes @ (hip - body.com)[:2],
-            hip_height=float(hip[2] - then.foot_position[i, 2]) - ground(np.append(lands, 0.0)),
-            hip_rise=float(body.com_velocity[2]),
             offset=axes @ foot.swing.offset - path,
-            offset_velocity=axes @ foot.swing.velocity,
-            leg_momentum=self.person.leg_momentum,
             may_cross=not turn.angle,
         )
         pivot = self._pivot(ref, then, exp(omega * left), k, feet)
@@ -183,8 +169,8 @@ class StepPlan:
             reach,
         )
         planned = touchdown.footstep + settings.footsteps.offset_decay * (self.offset[:2] - path)
-        decay, later = exp(-omega * found.time), touchdown.later_weight
-        self.dcm_error = decay * later * (found.unconstrained - planned)
+        decay = exp(-omega * found.time) * touchdown.later_weight
+        self.dcm_error = decay * (found.unconstrained - planned)
         self._lower(ground, found.com, found.position, then.com, then.foot_position[i])
         found = replace(
             found,
@@ -194,10 +180,43 @@ class StepPlan:
         if foothold is not None:
             shift = foothold(i, found.position, feet[k, :2], found.time)
             found = replace(found, position=found.position + shift)
-            self.dcm_error = self.dcm_error - np.exp(-omega * found.time) * later * (axes @ shift)
-        time = left / max(gait.rate, settings.footsteps.rates[0])
-        self._lead(foot, i, k, ref, then, feet, foot_velocity, found.position, time)
+            self.dcm_error = self.dcm_error - decay * (axes @ shift)
+        left /= max(gait.rate, settings.footsteps.rates[0])
+        self._lead(foot, i, k, ref, then, feet, foot_velocity, found.position, left)
         return found
+
+    def _reach(
+        self, foot: Foot, body: State, axes: Float[Array, "2 2"], width: float, level: float
+    ) -> Reach:
+        """Return the reach of a foot, but for its own motion and the footstep of the reference.
+
+        Args:
+            axes: From axes of now to those of the touchdown.
+            width: Lateral distance of the recorded feet at touchdown [m].
+            level: Height of the ankle then [m].
+        """
+        settings, own, none = self.settings, self.gait.settings.swing, np.zeros(2)
+        leg, hip = self.person.leg_length, body.origin(f"femur_{foot.side}")
+        return Reach(
+            axes=self.axes,
+            nominal=none,
+            side=foot.side_sign,
+            leg_length=leg,
+            min_width=min(own.min_foot_distance * leg, width),
+            swing_offset=none,
+            settings=settings.footsteps,
+            reach=settings.plan,
+            max_descent=settings.tasks.weights.max_descent,
+            stance_foot_size=settings.swing.stance_foot_size,
+            foot_velocity=none,
+            max_foot_acceleration=own.max_acceleration,
+            hip=axes @ (hip - body.com)[:2],
+            hip_height=float(hip[2]) - level,
+            hip_rise=float(body.com_velocity[2]),
+            offset=none,
+            offset_velocity=axes @ foot.swing.velocity,
+            leg_momentum=self.person.leg_momentum,
+        )
 
     def _touchdown(
         self, phase: float, number: int, then: Instant, i: int, path, slope, turn: PredictedTurn
