@@ -16,30 +16,20 @@ from pathlib import Path
 
 import numpy as np
 
+from plantigrade.data_files import number_table
 from plantigrade.errors import FileError
 from plantigrade.io.skeletons import euler_rotation, rest_pose, tree_kinematics
 from plantigrade.io.text import read_text
 from plantigrade.motion.recording import Recording, SkeletonMotion
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, rotation_matrix
 
-# name, parent, offset from the parent [m] (x forward, y up, z right), numbers per frame
-JOINTS: tuple[tuple[str, int, tuple[float, float, float], int], ...] = (
-    ("root", -1, (0.0, 0.0, 0.0), 4),
-    ("chest", 0, (0.0, 0.236151, 0.0), 4),
-    ("neck", 1, (0.0, 0.223894, 0.0), 4),
-    ("right_hip", 0, (0.0, 0.0, 0.084887), 4),
-    ("right_knee", 3, (0.0, -0.421546, 0.0), 1),
-    ("right_ankle", 4, (0.0, -0.409870, 0.0), 4),
-    ("right_shoulder", 1, (-0.02405, 0.24350, 0.18311), 4),
-    ("right_elbow", 6, (0.0, -0.274788, 0.0), 1),
-    ("right_wrist", 7, (0.0, -0.258947, 0.0), 0),
-    ("left_hip", 0, (0.0, 0.0, -0.084887), 4),
-    ("left_knee", 9, (0.0, -0.421546, 0.0), 1),
-    ("left_ankle", 10, (0.0, -0.409870, 0.0), 4),
-    ("left_shoulder", 1, (-0.02405, 0.24350, -0.18311), 4),
-    ("left_elbow", 12, (0.0, -0.274788, 0.0), 1),
-    ("left_wrist", 13, (0.0, -0.258947, 0.0), 0),
+JOINTS: tuple[tuple[str, int, tuple[float, float, float], int], ...] = tuple(
+    (name, int(parent), (x, y, z), int(width))
+    for name, (parent, x, y, z, width) in number_table(
+        "plantigrade.io", "deepmimic_joints.csv", 5
+    ).items()
 )
+"""Name, parent, offset from the parent [m] (x forward, y up, z right), numbers per frame."""
 NUMBERS = 4 + sum(width for *_, width in JOINTS)
 
 # Ends of bones without a child joint, in the bone's frame [m]: top of the head, tip of the toes at

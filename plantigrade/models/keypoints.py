@@ -9,27 +9,9 @@ the names that Pose2Sim, Sports2D and OpenCap give them. A part with a side is s
 import re
 from collections.abc import Iterable
 
-_JOINTS = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
-# Part of the body, words separated by blanks → landmark without side
-_SIDED = {
-    **{joint: f"{joint}_joint" for joint in _JOINTS},
-    "heel": "heel",
-    "big toe": "hallux",
-    "foot index": "toe_tip",
-    "small toe": "toe_5",
-    "ear": "ear",
-    "eye": "eye",
-}
-_MIDLINE = {
-    "hip": "hip_middle",
-    "mid hip": "hip_middle",
-    "c hip": "hip_middle",
-    "pelvis": "hip_middle",
-    "neck": "shoulder_middle",
-    "nose": "nose",
-    "head": "vertex",
-    "head top": "vertex",
-}
+from plantigrade.data_files import spelling_tables
+
+_SIDED, _MIDLINE = spelling_tables("plantigrade.models", "keypoint_spellings.csv")
 # Keypoints without a landmark: fingers, the outline of eyes and mouth, the upper neck.
 _OTHER = re.compile(
     r"(thumb|index|middle|ring|pinky|mouth|upperneck|(left|right|[lr])eye(inner|outer))", re.I
@@ -38,21 +20,21 @@ _LEGS = ("hip_joint", "knee_joint", "ankle_joint")
 
 
 def _spellings(words: str) -> set[str]:
-    """Return the spellings of some words: snake case, camel case, both capitals."""
-    parts = words.split()
+    """Return the spellings of words in snake case: that, in blanks, camel case, both capitals."""
+    parts = words.split("_")
     camel = "".join(part.capitalize() for part in parts)
-    snake = "_".join(parts)
-    return {camel, camel[0].lower() + camel[1:], snake, snake.upper(), words}
+    return {camel, camel[0].lower() + camel[1:], words, words.upper(), " ".join(parts)}
 
 
 def _table() -> dict[str, str]:
-    found = {name: mark for words, mark in _MIDLINE.items() for name in _spellings(words)}
+    found = {n: mark for mark, every in _MIDLINE.items() for one in every for n in _spellings(one)}
     found |= {"CHip": "hip_middle", "midHip": "hip_middle", "MidHip": "hip_middle"}
-    for words, mark in _SIDED.items():
-        camel = "".join(part.capitalize() for part in words.split())
-        for side in ("right", "left"):
-            names = _spellings(f"{side} {words}") | {f"{side[0].upper()}{camel}"}
-            found |= {name: f"{mark}_{side[0]}" for name in names}
+    for mark, every in _SIDED.items():
+        for words in every:
+            camel = "".join(part.capitalize() for part in words.split("_"))
+            for side in ("right", "left"):
+                names = _spellings(f"{side}_{words}") | {f"{side[0].upper()}{camel}"}
+                found |= {name: f"{mark}_{side[0]}" for name in names}
     return found
 
 
