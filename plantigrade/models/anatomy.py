@@ -107,13 +107,11 @@ def _part(name, parent, position, inertia, kind, a, b, radius=0.0) -> Part:
     return Part(name, parent, position, inertia, (solid,))
 
 
-def _principal(mass, com, gyration, length, axes="xyz") -> Inertia:
-    """Return an Inertia from radii of gyration about (sagittal, transverse, longitudinal).
-
-    ``axes`` gives the corresponding axes of the frame, in that order.
-    """
-    k2 = {axis: (g * length) ** 2 for axis, g in zip(axes, gyration, strict=True)}
-    return Inertia(mass, np.asarray(com, float), mass * np.diag([k2["x"], k2["y"], k2["z"]]))
+def _principal(mass, com, gyration, length) -> Inertia:
+    """Return an Inertia from radii of gyration about x, y and z (relative to the length)."""
+    return Inertia(
+        mass, np.asarray(com, float), mass * np.diag([(g * length) ** 2 for g in gyration])
+    )
 
 
 def _halves(whole: Inertia, length: float) -> tuple[Inertia, Inertia]:

@@ -133,16 +133,14 @@ def serve_page(
     *,
     port: int = 8080,
     open: bool = True,  # noqa: A002 - the word of the command line's option
-    stop: threading.Event | None = None,
 ) -> None:
-    """Serve a page on http://localhost:``port`` until interrupted, or until ``stop`` is set.
+    """Serve a page on http://localhost:``port`` until interrupted.
 
     Works over ssh: the server has no window and no OpenGL, the browser draws.
 
     Args:
         port: Port to listen on, or the next free one.
         open: Whether to open the page in the default browser.
-        stop: Ends the service when set (for tests and notebooks).
 
     Raises:
         ParameterError: If the port is no port.
@@ -152,7 +150,7 @@ def serve_page(
         print(f"Viewer at {server.address} (press Ctrl-C to stop)", file=sys.stderr)
         if open:
             webbrowser.open(server.address)
-        (stop or threading.Event()).wait()
+        threading.Event().wait()
     except KeyboardInterrupt:
         pass
     finally:

@@ -57,19 +57,17 @@ def viewer_html(
     subtitle: str = "",
     coordinates: tuple[str, ...] = (),
     forces: Record | None = None,
-    rate: float = VIEW_RATE,
 ) -> str:
     """Return the viewer page of a record.
 
     Args:
         coordinates: Coordinates whose curves are shown; all hinges if empty.
         forces: Record whose forces are drawn if ``record`` has none.
-        rate: Frames per second kept [Hz]; the page interpolates between them.
 
     Raises:
         ParameterError: If the record cannot be drawn.
     """
-    scene = build_scene(record, forces=forces, rate=rate)
+    scene = build_scene(record, forces=forces)
     has_cop = scene.cop is not None and bool(np.isfinite(scene.cop).any())
     has = {
         "reference": scene.reference_positions is not None,
@@ -92,7 +90,7 @@ def viewer_html(
         subtitle=subtitle,
         has=has,
         weight=round(scene.weight),
-        thinned=_thinned(record, scene, rate),
+        thinned=_thinned(record, scene),
         reference_label=scene.reference_name.capitalize(),
     )
 
@@ -140,9 +138,9 @@ def stage_html(
     )
 
 
-def _thinned(record: Record, scene: Scene, rate: float) -> str:
-    """Return the frame rate of a motion, reduced from ``rate`` if it is too long."""
-    if len(scene.time) < 2 or scene.stride <= max(1.0, round(record.motion.rate / rate)):
+def _thinned(record: Record, scene: Scene) -> str:
+    """Return the frame rate of a motion, reduced if it is too long; empty if it is not."""
+    if len(scene.time) < 2 or scene.stride <= max(1.0, round(record.motion.rate / VIEW_RATE)):
         return ""
     return f"{record.motion.rate / scene.stride:.3g}"
 

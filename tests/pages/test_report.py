@@ -77,7 +77,7 @@ def test_sections_are_picked_by_what_the_run_has(record):
 
 def test_page_keeps_poses_and_gaps(record):
     """What the page decodes is what was recorded, to a millimetre; unseen markers stay unseen."""
-    data = payload(viewer_html(record, title="Walk", rate=50.0))
+    data = payload(viewer_html(record, title="Walk"))
     frames = np.arange(0, record.motion.n_frames, 2)
     assert data["time"] == pytest.approx(record.motion.time[frames], abs=1e-5)
     shown = decoded(data["recorded"]).reshape(len(frames), -1, 3)

@@ -261,11 +261,3 @@ def test_nodes(speed, nodes_per_second):
         np.testing.assert_array_equal(nodes[at], plan.switches)
         assert np.diff(at).min() >= 2
         assert at[0] == 0 and at[-1] == len(nodes) - 1
-
-
-@pytest.mark.parametrize(
-    "options", [{"nodes_per_second": 0.0}, {"nodes_per_second": np.inf}, {"least": 0}]
-)
-def test_nodes_refuse(options):
-    with pytest.raises(ParameterError):
-        nodes_of(periodic_walk_plan(HUMAN, gait_parameters(HUMAN, 1.0)), **options)

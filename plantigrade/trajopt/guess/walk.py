@@ -39,6 +39,7 @@ from plantigrade.trajopt.tasks.gait_parameters import GaitParameters
 
 MAX_LEG_EXTENSION = 0.997  # [1] maximum leg extension; 9° of knee flexion
 _RATE = 100.0  # [Hz] rate of the grid for the pelvis height
+_REACH = 6  # samples to either side over which the pelvis is kept low; chosen
 NOISE_LEVER = 0.3  # [m/rad] noise of pelvis translations relative to that of angles; chosen
 HARMONICS = 4  # number of waves that make up the noise; chosen
 
@@ -163,10 +164,10 @@ def _smooth(x: Float[Array, " n"], width: float = 0.06) -> Float[Array, " n"]:
     return np.convolve(np.pad(x, reach, mode="edge"), kernel / kernel.sum(), mode="valid")
 
 
-def _widest(x: Float[Array, " n"], reach: int = 6) -> Float[Array, " n"]:
+def _widest(x: Float[Array, " n"]) -> Float[Array, " n"]:
     """Return the largest value within some samples of each."""
-    padded = np.pad(x, reach, mode="edge")
-    return np.lib.stride_tricks.sliding_window_view(padded, 2 * reach + 1).max(axis=1)
+    padded = np.pad(x, _REACH, mode="edge")
+    return np.lib.stride_tricks.sliding_window_view(padded, 2 * _REACH + 1).max(axis=1)
 
 
 def _between(stances: Sequence[Stance], time: float) -> Float[Array, " 4"]:

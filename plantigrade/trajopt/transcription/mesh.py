@@ -10,27 +10,24 @@ MAX_NODES = 5000
 """Maximum number of nodes [1]; a walk of 43 coordinates takes 1.1 MB of memory per node, 5 GB in
 all."""
 
+MIN_INTERVALS = 2
+"""Least number of intervals between two changes of contact [1]: with a single one, a force that is
+zero at both ends would be zero throughout."""
 EQUAL_INTERVAL_RATIO = 0.7
 """Length of an interval relative to its neighbour from which it counts as equal [1]."""
 
 
-def nodes_of(
-    plan: ContactPlan, nodes_per_second: float = 20.0, *, least: int = 2
-) -> Float[Array, " n"]:
+def nodes_of(plan: ContactPlan, nodes_per_second: float = 20.0) -> Float[Array, " n"]:
     """Return the nodes of a plan: start, end, every change of contact, and evenly between them.
 
     Args:
         plan: Says when contact changes.
         nodes_per_second: Least number of nodes per second [1/s].
-        least: Least number of intervals between two changes: with a single one, a force that is
-            zero at both ends would be zero throughout.
     """
     if not 0 < nodes_per_second < np.inf:
         raise ParameterError(f"{nodes_per_second=} [1/s] must be positive: 20 is usual")
-    if not (least == int(least) and least >= 1):
-        raise ParameterError(f"{least=} must be a whole number, 1 or more")
     switches = plan.switches
-    counts = np.maximum(least, np.ceil(np.diff(switches) * nodes_per_second - 1e-9))
+    counts = np.maximum(MIN_INTERVALS, np.ceil(np.diff(switches) * nodes_per_second - 1e-9))
     if counts.sum() + 1 > MAX_NODES:
         raise ParameterError(
             f"a motion of {plan.duration:.3g} s at {nodes_per_second:g} nodes per second takes "
