@@ -55,8 +55,8 @@ class BandFactors:
 
     forward: float = 1.3  #: Fore-aft force [1]
     sideways: float = 1.25  #: Sideways force [1]
-    vertical: float = 1.3  #: Vertical force [1]
-    point_x: float = 1.35  #: Centre of pressure along the walking direction [1]
+    vertical: float = 1.4  #: Vertical force [1]
+    point_x: float = 1.45  #: Centre of pressure along the walking direction [1]
     point_y: float = 1.15  #: Centre of pressure across it [1]
     torque: float = 1.6  #: Free moment [1]
     hip: float = 1.35  #: Hip moments [1]
@@ -72,7 +72,7 @@ class BandFactors:
             return cls(sideways=1.9, point_x=1.95, point_y=2.0)
         if sits:
             return cls(0.65, 0.65, 0.7, 1.05, 0.6, hip=0.7, knee=0.8, other=1.1)
-        return cls(0.65, 1.1, 0.65, 0.9, 0.6, hip=0.8, knee=1.0, other=1.0)
+        return cls(0.65, 1.1, 0.7, 0.9, 0.6, hip=0.8, knee=1.0, other=1.0)
 
     @property
     def force(self) -> tuple[float, float, float]:

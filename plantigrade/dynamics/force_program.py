@@ -32,8 +32,8 @@ MAX_NOISE_ROUNDS = 3  # [1] maximum number of solutions while the noise estimate
 NOISE_ROUGHNESS = (2 * np.pi * 5.0) ** 2 / np.sqrt(5.0)
 # [1] residuals of the rows in recordings with little noise, relative to the expected ones
 USUAL_RESIDUALS = (1.0, 1.0, 1.0, 0.85, 0.7, 1.0)
-# Mean path of the centre of pressure over a stance, forward and lateral from the ankle in foot
-# lengths; five stances of three people.
+# Mean path of the centre of pressure over a stance from the ankle in foot lengths, forward (of
+# runners) and lateral; five stances of three people.
 STANCE_SHARE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 COP_FORWARD = (-0.06, -0.025, 0.09, 0.205, 0.345, 0.45, 0.485, 0.497, 0.48, 0.37, 0.14)
 COP_OUTWARD = (0.01, 0.03, 0.05, 0.06, 0.065, 0.085, 0.095, 0.095, 0.065, 0.01, -0.04)
@@ -49,6 +49,17 @@ COP_OUTWARD_SPREAD = ((0.0, 0.2, 0.4, 0.6, 0.8, 1.0), (0.007, 0.006, 0.005, 0.00
 # front foot's contact interval to the end of the rear foot's; eight of the same three people.
 TRANSFER_PHASE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 REAR_SHARE = (0.98, 0.90, 0.78, 0.66, 0.54, 0.43, 0.315, 0.21, 0.12, 0.04, 0.0)
+# Roll-over shape: centre of pressure forward of the ankle [foot lengths] over the forward lean of
+# the shank [rad], of the same people. It hardly depends on speed [Hansen2004]_; people not among
+# them differ from it by 8 mm, from their mean path over stance by 14 mm.
+LEAN = (-0.3, -0.16, -0.04, 0.08, 0.2, 0.32, 0.44, 0.56, 0.68, 0.8, 0.92)
+ROLL_OVER = (-0.10, -0.044, 0.0, 0.109, 0.332, 0.502, 0.497, 0.488, 0.443, 0.353, 0.229)
+# [m] half of the standard deviation about each person's mean shape: with all of it the settled half
+# has 12.7 mm of error of the centre of pressure in place of 9.9
+ROLL_OVER_SPREAD = (
+    (-0.23, -0.04, 0.08, 0.2, 0.32, 0.8),
+    (0.008, 0.006, 0.006, 0.007, 0.005, 0.005),
+)
 FLAT_FOOT_COP = (0.02, 0.009)  # lateral position for a flat foot [foot lengths] and its SD [m]
 SEAT_BENDING = 5.0  # [1] factor of the curvature of forces near seat-off and seat-on
 SEAT_BENDING_TIME = 0.1  # [s] duration of this factor
@@ -375,10 +386,13 @@ def _contact_frames(needs: RequiredForces, contacts, supports, scales: ForceScal
         mean[here, k, 1], spread[here, k, 1] = outward * length * FLAT_FOOT_COP[0], FLAT_FOOT_COP[1]
         if each.rolls and len(t):
             s = each.share(t, usual)
-            mean[here, k, 0] = length * np.interp(s, STANCE_SHARE, COP_FORWARD)
-            spread[here, k, 0] = np.interp(s, *COP_FORWARD_SPREAD)
             if scales.pace > 1.0:  # runners land on the heel like walkers but step in one line
+                mean[here, k, 0] = length * np.interp(s, STANCE_SHARE, COP_FORWARD)
+                spread[here, k, 0] = np.interp(s, *COP_FORWARD_SPREAD)
                 continue
+            lean = needs.lean[here, k]
+            mean[here, k, 0] = length * np.interp(lean, LEAN, ROLL_OVER)
+            spread[here, k, 0] = np.interp(lean, *ROLL_OVER_SPREAD)
             mean[here, k, 1] = outward * length * np.interp(s, STANCE_SHARE, COP_OUTWARD)
             spread[here, k, 1] = np.interp(s, *COP_OUTWARD_SPREAD)
             side[here, k] = -outward * np.interp(s, STANCE_SHARE, FORCE_INWARD)

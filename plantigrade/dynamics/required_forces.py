@@ -26,7 +26,7 @@ MAX_SOLE_HEIGHT = 0.010  # [m] height above the lowest point up to which a point
 SOLE_MARGIN = 0.005  # [m] flesh and shoe beyond the points of the sole
 PER_FRAME = (
     *("com", "force", "moment", "base", "heading"),
-    *("joints", "arms", "sole", "pelvis", "rotation"),
+    *("joints", "arms", "sole", "lean", "pelvis", "rotation"),
 )  # fields of RequiredForces per frame, besides the time
 MIN_LEVEL_DIFFERENCE = 0.04  # [m] distance from the common floor of a stance on another level
 
@@ -58,6 +58,8 @@ class RequiredForces:
     #: Limits of the centre of pressure from ``base``: [m] backward, forward, right and left end,
     #: in the support's heading
     sole: Float[Array, "n k 4"]
+    #: Forward lean of each shank from gravity's vertical in the heading of its foot [rad]
+    lean: Float[Array, "n 2"]
     pelvis: Float[Array, "n 3"]  #: Origin of the pelvis [m]
     rotation: Float[Array, "n 3 3"]  #: Axes of the pelvis
     to_world: Float[Array, "3 3"]  #: Rotation from the axes of the ground to world
@@ -81,7 +83,8 @@ def _swept(
     """Return what every frame says, in world axes, and the columns of the joints of each leg.
 
     That is the root's force and moment, centre of mass, joint torques of the legs, axes and arms of
-    these joints, ankles and their forward axes, supports and their forward axes, and the spheres.
+    these joints, ankles, their forward axes and knees, supports and their forward axes, and the
+    spheres.
     """
     n = motion.n_frames
     feet = [human.body(f"foot_{side}") for side in SIDES]
@@ -90,7 +93,8 @@ def _swept(
     root, com = np.empty((n, 6)), np.empty((n, 3))
     joints = np.empty((n, 2, len(columns[0])))
     axes, arms = np.empty((n, 2, 3, len(columns[0]))), np.empty((n, 2, 3, len(columns[0])))
-    ankle, forward = np.empty((n, 2, 3)), np.empty((n, 2, 3))
+    ankle, forward, knee = (np.empty((n, 2, 3)) for _ in range(3))
+    shanks = [human.body(f"tibia_{side}") for side in SIDES]
     others = [human.body(support.body) for support in supports]
     place = PointSet.of(human, [_Place(s.body, s.point) for s in supports])
     held, ahead = np.empty((n, len(others), 3)), np.empty((n, len(others), 3))
@@ -108,10 +112,11 @@ def _swept(
             arms[f, k] = J[k][:, own]
             ankle[f, k] = state.origin(body)
             forward[f, k] = state.rotation(body)[:, 0]
+            knee[f, k] = state.origin(shanks[k])
         if others:
             held[f] = state.position(place)
             ahead[f] = [state.rotation(body)[:, 0] for body in others]
-    return (root, com, joints, axes, arms, ankle, forward, held, ahead, soles), columns
+    return (root, com, joints, axes, arms, ankle, forward, knee, held, ahead, soles), columns
 
 
 def required_forces(
@@ -127,9 +132,10 @@ def required_forces(
     time, n = even_clock(motion.time), motion.n_frames
     weight = human.mass * human.gravity
     swept, columns = _swept(human, motion, qacc, supports)
-    root, com, joints, axes, arms, ankle, forward, held, ahead, soles = swept
+    root, com, joints, axes, arms, ankle, forward, knee, held, ahead, soles = swept
     sites = SitePoints(human, contact_sites(human))
     force, moment = (each @ to_world for each in root_wrench_at(root, motion.qpos, com))
+    shank = knee - ankle
     com, soles, ankle, held = (each @ to_world for each in (com, soles, ankle, held))
     forward, ahead = ((each @ to_world)[..., :2] for each in (forward, ahead))
     arms, axes = (np.einsum("ab,nkaj->nkbj", to_world, each) for each in (arms, axes))
@@ -155,6 +161,7 @@ def required_forces(
         np.array([_strength(human, own) for own in columns]) / weight,
         columns,  # pyright: ignore[reportArgumentType]
         np.concatenate([_sole_limits(below, base, heading), reach], axis=1),
+        _lean(shank, heading @ to_world[:, :2].T),
         motion.qpos[:, :3] @ to_world,
         to_world.T @ rotation_matrix(motion.qpos[:, 3:7]),
         to_world,
@@ -164,6 +171,11 @@ def required_forces(
 class _Place(NamedTuple):
     body: str
     position: tuple[float, float, float]
+
+
+def _lean(shank: np.ndarray, heading: np.ndarray) -> np.ndarray:
+    """Return the forward lean of shanks, from ankle to knee, in the direction of the feet."""
+    return np.arctan2((shank[..., :2] * unit_vectors(heading[..., :2])).sum(axis=-1), shank[..., 2])
 
 
 def _strength(human: Human, columns: tuple[int, ...]) -> np.ndarray:

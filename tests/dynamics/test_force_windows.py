@@ -42,7 +42,7 @@ def test_windows_find_the_same_forces_in_less_memory():
     assert np.sqrt(np.mean(off**2)) < 0.01  # [BW]
     assert np.abs(off).max() < 0.12
     assert parts.noise == pytest.approx(whole.noise, rel=0.2)
-    np.testing.assert_allclose(parts.shift, whole.shift, atol=2e-3)
+    np.testing.assert_allclose(parts.shift, whole.shift, atol=3e-3)
     assert parts.spread.force.mean() == pytest.approx(whole.spread.force.mean(), rel=0.2)
     assert one_window < 0.7 * all_at_once
 
