@@ -23,7 +23,7 @@ class PostureSettings:
     stiffness: float = 1.0
     """Stiffness and damping of the springs; 1 is four times the joint's strength per radian."""
     transition_duration: float = 0.8
-    """Time in which another posture is reached [s]. Chosen (±20 %: not met)."""
+    """Time in which another posture is reached [s]. Chosen (±20 %: below 2 %)."""
     contact_height: float = FootContactSettings.max_planned_height
     """Height of a sphere above the ground up to which it carries load at rest [m]; as in
     walking."""

