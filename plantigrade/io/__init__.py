@@ -107,6 +107,7 @@ def read(path: str | Path, **options: Any) -> Recording:
     """Read a motion file.
 
     Args:
+        path: The file.
         options: Fields of ``ReadOptions``.
 
     Returns:

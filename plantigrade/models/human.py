@@ -225,6 +225,7 @@ class Human:
         Coordinates that this person lacks are ignored; those not given keep their standing value.
 
         Args:
+            names: Coordinate names.
             values: Their values [rad, m], one column each.
 
         Raises:

@@ -197,6 +197,7 @@ class Run:
 
         Args:
             path: The file; its extension chooses the format.
+            options: Those of the format.
 
         Returns:
             One sentence for each thing that the file does not hold.

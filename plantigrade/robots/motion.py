@@ -153,6 +153,7 @@ class RobotMotion:
             out: The folder; ``runs/<name>`` if absent, numbered where that is taken.
             name: Its name where ``out`` is absent.
             metrics: Contents of ``metrics.json``; status and figures if absent.
+            overwrite: Replace an existing one.
 
         Raises:
             RunExists: If the folder exists and is not to be replaced, or is no run.

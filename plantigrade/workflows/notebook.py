@@ -49,6 +49,7 @@ def view(run: Run, *, height: int = HEIGHT) -> PageFrame:
     The page is in the notebook itself, needs no server, and stays when the notebook is saved.
 
     Args:
+        run: The run.
         height: Height of the frame [px].
 
     Raises:

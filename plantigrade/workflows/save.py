@@ -74,6 +74,7 @@ def report(
         out: Save it here first. A run that is not saved yet goes to ``runs/<kind>-<name>``,
             numbered where that is taken, if absent; one that is saved stays where it is, and its
             two pages are written anew.
+        overwrite: Replace an existing run.
         norms: Your own norms, a table or a folder of runs: the run is compared with them from now
             on, its figures too.
         age: Age of the person [years], likewise.
