@@ -107,7 +107,10 @@ def residual_wrench(
     given = ground.forces.force.sum(axis=1) + ground.support_force.sum(axis=1)
     moment = moment + np.cross(ground.com_shift, given + force)
     here = ~ground.measured.all(axis=1)
-    return root_mean_square(force[here] / weight), root_mean_square(moment[here, :2] / weight)
+    # an unknown residual stays unknown: it must not pass as small
+    parts = force[here] / weight, moment[here, :2] / weight
+    known = [root_mean_square(x) if np.isfinite(x).all() else np.nan for x in parts]
+    return known[0], known[1]
 
 
 def knee_band(human: Human, ground: GroundForces) -> float:
