@@ -1,7 +1,7 @@
 """Whether feet that stand rest in the laboratory: otherwise it moves, or its cameras do.
 
 A rigid motion of all markers leaves no error in a fit. What shows it is the ball of the foot, which
-has the velocity of the ground from foot flat until the heel has risen [Perry2010]_, and all the
+has the velocity of the ground from foot flat until the heel has risen [Perry1992]_, and all the
 time in people who stand, squat, or rise from a chair.
 """
 
