@@ -33,7 +33,7 @@ NOISE_ROUGHNESS = (2 * np.pi * 5.0) ** 2 / np.sqrt(5.0)
 # [1] residuals of the rows in recordings with little noise, relative to the expected ones
 USUAL_RESIDUALS = (1.0, 1.0, 1.0, 0.85, 0.7, 1.0)
 # Mean path of the centre of pressure over a stance from the ankle in foot lengths, forward (of
-# runners) and lateral; five stances of three people.
+# runners, and where shanks do not show it) and lateral; five stances of three people.
 STANCE_SHARE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 COP_FORWARD = (-0.06, -0.025, 0.09, 0.205, 0.345, 0.45, 0.485, 0.497, 0.48, 0.37, 0.14)
 COP_OUTWARD = (0.01, 0.03, 0.05, 0.06, 0.065, 0.085, 0.095, 0.095, 0.065, 0.01, -0.04)
@@ -54,6 +54,9 @@ REAR_SHARE = (0.98, 0.90, 0.78, 0.66, 0.54, 0.43, 0.315, 0.21, 0.12, 0.04, 0.0)
 # them differ from it by 8 mm, from their mean path over stance by 14 mm.
 LEAN = (-0.3, -0.16, -0.04, 0.08, 0.2, 0.32, 0.44, 0.56, 0.68, 0.8, 0.92)
 ROLL_OVER = (-0.10, -0.044, 0.0, 0.109, 0.332, 0.502, 0.497, 0.488, 0.443, 0.353, 0.229)
+MAX_CONTACT_LEAN = -0.15
+"""Largest median forward lean of shanks at heel strike with which they show the path [rad]. Walks
+of seven people with markers have -0.37 to -0.21, 16 walks in skeleton files -0.24 to 0.30."""
 # [m] half of the standard deviation about each person's mean shape: with all of it the settled half
 # has 12.7 mm of error of the centre of pressure in place of 9.9
 ROLL_OVER_SPREAD = (
@@ -369,6 +372,7 @@ def _contact_frames(needs: RequiredForces, contacts, supports, scales: ForceScal
     mean, spread = np.full((n, m, 2), np.nan), np.ones((n, m, 2))
     side, forward = np.full((n, m), np.nan), np.zeros((n, m, 2))
     usual = usual_length(contacts)
+    over_time = scales.pace > 1.0 or not _leans_back(needs, contacts)
     for each in contacts:
         k, here = names.index(each.side or each.region), each.frames(time)
         contact[here, k] = True
@@ -385,14 +389,15 @@ def _contact_frames(needs: RequiredForces, contacts, supports, scales: ForceScal
         outward = -1.0 if each.side == "r" else 1.0
         mean[here, k, 1], spread[here, k, 1] = outward * length * FLAT_FOOT_COP[0], FLAT_FOOT_COP[1]
         if each.rolls and len(t):
-            s = each.share(t, usual)
-            if scales.pace > 1.0:  # runners land on the heel like walkers but step in one line
+            s, lean = each.share(t, usual), needs.lean[here, k]
+            if over_time:
                 mean[here, k, 0] = length * np.interp(s, STANCE_SHARE, COP_FORWARD)
                 spread[here, k, 0] = np.interp(s, *COP_FORWARD_SPREAD)
+            else:
+                mean[here, k, 0] = length * np.interp(lean, LEAN, ROLL_OVER)
+                spread[here, k, 0] = np.interp(lean, *ROLL_OVER_SPREAD)
+            if scales.pace > 1.0:  # runners land on the heel like walkers but step in one line
                 continue
-            lean = needs.lean[here, k]
-            mean[here, k, 0] = length * np.interp(lean, LEAN, ROLL_OVER)
-            spread[here, k, 0] = np.interp(lean, *ROLL_OVER_SPREAD)
             mean[here, k, 1] = outward * length * np.interp(s, STANCE_SHARE, COP_OUTWARD)
             spread[here, k, 1] = np.interp(s, *COP_OUTWARD_SPREAD)
             side[here, k] = -outward * np.interp(s, STANCE_SHARE, FORCE_INWARD)
@@ -400,6 +405,20 @@ def _contact_frames(needs: RequiredForces, contacts, supports, scales: ForceScal
             forward[here, k] = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
     share = _usual_shares(needs, contacts, scales)
     return contact, ramp, PathPrior(mean, spread, side, forward, share)
+
+
+def _leans_back(needs: RequiredForces, contacts) -> bool:
+    """Return whether shanks lean back at heel strike as people's do, so that they show the path.
+
+    Knees that are bent there are mostly those of a skeleton file, whose shanks lean too far forward
+    all through the stance.
+    """
+    leans = [
+        needs.lean[np.searchsorted(needs.time, each.start), SIDES.index(each.side)]
+        for each in contacts
+        if each.rolls and each.begins and needs.time[0] <= each.start < needs.time[-1]
+    ]
+    return not leans or bool(np.median(leans) < MAX_CONTACT_LEAN)
 
 
 def _usual_shares(needs: RequiredForces, contacts, scales: ForceScales) -> np.ndarray:
