@@ -20,7 +20,7 @@ TOES_PART = "toes"  #: Part name of the ball of a foot that kneels on its toes
 BALL = "metatarsal_1"
 """Sphere on which kneeling toes rest; the axis of the knee turns the shank so that it is lowest."""
 SUPPORTED_PARTS = tuple(
-    f"{part}_{side}" for part in ("hand", "knee", "seat", TOES_PART) for side in SIDES
+    f"{part}_{side}" for part in (HAND_PART, KNEE_PART, "seat", TOES_PART) for side in SIDES
 )
 """Parts of the body that a support of a task may carry, besides feet."""
 
@@ -48,7 +48,7 @@ def limb_site(human: Human, part: str, *, on_ground: bool = False) -> ContactSit
     if stem == TOES_PART:
         ball = next(s for s in foot_sites(human) if s.name == f"{BALL}_{side}")
         return replace(ball, side="", part=TOES_PART, name=part)
-    if stem == "knee":
+    if stem == KNEE_PART:
         thigh = next(b for b in human.skeleton.bodies if b.name == f"femur_{side}")
         radius = float(thigh.solids[0].radius)
         return ContactSite(body=f"tibia_{side}", radius=radius, name=part, part=KNEE_PART)

@@ -12,7 +12,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDE_NAMES
-from plantigrade.kinematics.joint_distances import Segment, joint_centre, seen_markers
+from plantigrade.kinematics.joint_distances import MIN_SEEN, Segment, joint_centre, seen_markers
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment, attachments
@@ -47,8 +47,8 @@ def knee_notes(
         human: The scaled person.
         qpos: The motion.
     """
-    low = lowness(markers, landmarks, places, human, qpos)
-    if low is None or abs(low) <= MAX_HEIGHT:
+    low = _lowness(markers, landmarks, places, human, qpos)
+    if low is None or not abs(low) > MAX_HEIGHT:
         return []
     names = [landmarks[f"knee_lateral_{side}"] for side in SIDE_NAMES]
     way, lengths = ("low", ("long", "short")) if low > 0 else ("high", ("short", "long"))
@@ -60,7 +60,7 @@ def knee_notes(
     ]
 
 
-def lowness(
+def _lowness(
     markers: Markers,
     landmarks: Mapping[str, str],
     places: Sequence[Attachment],
@@ -69,29 +69,31 @@ def lowness(
 ) -> float | None:
     """Return how far below their usual height the knee markers sit, mean of both sides [m].
 
-    None where a marker is missing or the knees bend too little.
+    None where a marker is missing or seldom seen, or the knees bend too little.
     """
     found = []
     for side, name in SIDE_NAMES.items():
         knee, ankle = (landmarks.get(f"{joint}_lateral_{side}") for joint in ("knee", "ankle"))
         if knee is None or ankle is None:
             return None
+        x, ends = markers.positions, [markers.index(knee), markers.index(ankle)]
+        if np.isfinite(x[:, ends, 0]).mean(axis=0).min() < MIN_SEEN:
+            return None
         if np.ptp(qpos[:, 7 + human.hinge(f"knee_angle_{side}")]) < MIN_KNEE_RANGE:
             return None
         hip = PointSet.of(human, [attachments(human)[f"hip_joint_{side}"]]).path(qpos)
-        x = markers.positions
         thigh = Segment.of(np.concatenate([x[:, seen_markers(places, x, f"{name} thigh")], hip], 1))
         shank = x[:, seen_markers(places, x, f"{name} shank")]
         if thigh is None or not shank.shape[1]:
             return None
         centre = joint_centre(thigh.seen_from_here(shank))[0]
-        on_knee = x[:, [markers.index(knee)]]
+        on_knee = x[:, ends[:1]]
         up = np.nanmean(thigh.seen_from_here(hip) - thigh.seen_from_here(on_knee), axis=0)[0]
         at = np.nanmean(thigh.seen_from_here(on_knee), axis=0)[0]
         above = float((centre - at) @ up / np.linalg.norm(up))
         lengths = [
             float(np.nanmean(np.linalg.norm(end - on_knee[:, 0], axis=1)))
-            for end in (hip[:, 0], x[:, markers.index(ankle)])
+            for end in (hip[:, 0], x[:, ends[1]])
         ]
         ratio = 0.5 * np.mean(lengths) * (np.log(lengths[0] / lengths[1]) - USUAL_RATIO)
         found.append(CENTRE_WEIGHT * (above - USUAL_CENTRE) + (1 - CENTRE_WEIGHT) * ratio)

@@ -135,6 +135,8 @@ def test_knee_markers_that_are_off_alike_on_both_legs_are_named(walk, by, said):
         x[:, markers.index(name)] += by * up / np.linalg.norm(up, axis=1, keepdims=True)
     (note,) = knee_notes(replace(markers, positions=x), known, places, human, qpos)
     assert f"too {said}" in note and "RKNE" in note and "LKNE" in note
+    x[5:, markers.index("RKNE")] = np.nan  # seldom seen: nothing is known
+    assert knee_notes(replace(markers, positions=x), known, places, human, qpos) == []
 
 
 def test_legs_of_unequal_length_are_none_of_it(walk):

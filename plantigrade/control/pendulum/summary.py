@@ -8,7 +8,7 @@ import numpy as np
 from plantigrade.control.pendulum.path import Path, Waypoints
 from plantigrade.world import Summary
 
-MIN_SHORTENING = 0.01  # [m] shortening of a footstep from which it is told: sentences are in cm
+MIN_SHORTENING = 0.01  # [m] shortening of a footstep from which it is reported, in cm
 
 
 @dataclass(frozen=True)

@@ -125,7 +125,7 @@ def resting(
     weight[[i for i, name in enumerate(names) if name.startswith(LEG)]] = LEG_WEIGHT
     low, high = np.full(nv, -np.inf), np.full(nv, np.inf)
     low[6:], high[6:] = body.human.limits + np.array([[MARGIN], [-MARGIN]])
-    wanted, q = q, np.clip(q, low, high)
+    desired, q = q, np.clip(q, low, high)
     zero, u = np.zeros((n, nv)), np.zeros((n, 3 * len(body.sites)))
     held = place.equations.copy()
     for i in range(ITERATIONS):
@@ -137,7 +137,7 @@ def resting(
         off = np.where(held, np.clip(place.lower, None, place.upper) - value, 0.0)
         J = J * held[:, :, None]
         A = np.einsum("nri,nrj->nij", J, J) / precision + np.diag(weight)
-        b = np.einsum("nri,nr->ni", J, off) / precision + weight * (wanted - q)
+        b = np.einsum("nri,nr->ni", J, off) / precision + weight * (desired - q)
         step = np.linalg.solve(A, b[..., None])[..., 0]
         stuck = ((q <= low) & (step < 0.0)) | ((q >= high) & (step > 0.0))
         A += stuck[:, None, :] * (FIXED * np.eye(nv))  # a joint at its limit stays there

@@ -64,8 +64,9 @@ class _Times:
         return _Times(**{f.name: duration * getattr(self, f.name) for f in fields(self)})
 
 
+HALF_KNEELING_DURATION, ALL_FOURS_DURATION = 3.0, 6.0  # [s] where none is given. Chosen.
 _HALF_KNEELING = _Times(-1.0, -1.0, -1.0, 0.37, 0.63, 0.80)  # [1] of the duration. Estimate.
-_ALL_FOURS = _Times(0.10, 0.27, 0.40, 0.54, 0.71, 0.86)
+_ALL_FOURS = _Times(0.10, 0.27, 0.40, 0.54, 0.71, 0.86)  # [1] of the duration. Estimate.
 
 
 def get_up(human: Human, parameters: GetUp) -> MotionTask:
@@ -81,7 +82,8 @@ def get_up(human: Human, parameters: GetUp) -> MotionTask:
     if f"mtp_angle_{front}" not in human.coordinates:
         raise ParameterError("toes of rigid feet cannot bend in kneeling: take feet='two-segment'")
     fours = parameters.begin == "all-fours"
-    duration = parameters.duration or (6.0 if fours else 3.0)
+    usual = ALL_FOURS_DURATION if fours else HALF_KNEELING_DURATION
+    duration = parameters.duration or usual
     at = (_ALL_FOURS if fours else _HALF_KNEELING).lasting(duration)
     plan, supports = _plan(human, front, at, hands=fours)
     standing = standing_posture(human)
