@@ -20,6 +20,8 @@ from experiments.joint_centres import (
     opensim_centres,
     plug_in_gait_centres,
 )
+from experiments.knee_axis import COLUMNS as KNEE_AXIS
+from experiments.knee_axis import knee_axis_rows
 from experiments.stored_angles import (
     Agreement,
     against_opensim,
@@ -74,6 +76,11 @@ NOTES = (
     "centres lie behind and ahead of ours; the epicondyle's marker is 4 mm behind ours in HC038, "
     "13 and 18 mm in HC032, 6 mm behind and 6 ahead in Rajagopal's walk, and 19 and 13 mm behind "
     "OpenSim's knee there.",
+    "Knee axis: adduction of the knee that correlates with its flexion (cross-talk) shows a turned "
+    "axis. With the axis turned until adduction varies least (Baker 1999), the offset of hip "
+    "rotation is gone; its r hardly changes, because one thigh marker determines it. In "
+    "gaitalytics both epicondyles were recorded, and they are the reference: in stance with an "
+    "almost straight knee they turn as the shank does, the thigh marker does not.",
 )
 # Motions of other skeletons; those in which somebody walks become rows.
 SKELETONS = ("cmu_asfamc/*.amc", "cmu_bvh/*.bvh", "deepmimic/*.txt")
@@ -157,10 +164,17 @@ def run(
         agreement_sheet("Angles of people on whom constants were settled", settled),
         agreement_sheet("Angles of other people", rest),
         *sheets_of("Knee: ours less theirs by joint centres", table.rows, COLUMNS),
+        *knee_axis_sheets("of people on whom constants were settled", settled),
+        *knee_axis_sheets("of other people", rest),
         event_sheet("Events of people on whom constants were settled", settled),
         event_sheet("Events of other people", rest),
     ]
     return replace(table, rows=[*table.rows, *means], sheets=sheets)
+
+
+def knee_axis_sheets(who: str, rows: Iterable[Row]) -> list[str]:
+    """Return hip rotation against Plug-in Gait and corrected, with the cross-talk of its axis."""
+    return sheets_of(f"Knee axis and hip rotation {who}", rows, tuple(KNEE_AXIS.values()))
 
 
 def com_mean(who: str, rows: Iterable[Row]) -> list[Row]:
@@ -204,8 +218,15 @@ def trial_rows(path: Path, name: str) -> list[Row]:
         model, angles = (path.parent / each for each in (OPENSIM_MODELS[name], OPENSIM[name][0]))
         rows += centre_rows(name, trial, opensim_centres(trial, model, angles))
     if recording.outputs:
-        rows += centre_rows(name, trial, plug_in_gait_centres(trial, recording))
-        rows += angle_rows(name, against_plug_in_gait(trial, recording))
+        centres = plug_in_gait_centres(trial, recording)
+        rows += centre_rows(name, trial, centres)
+        rows += (axis := knee_axis_rows(name, trial, centres))
+        # Where the file has medial epicondyles, these are the reference of hip rotation.
+        free = any(row.quantity == KNEE_AXIS["epicondyles"] for row in axis)
+        for each in against_plug_in_gait(trial, recording):
+            rows += each.rows(
+                name, goals=not (free and each.angle.startswith("hip_rotation_thigh"))
+            )
         rows += plug_in_gait_moment_rows(name, trial, recording)
     return rows
 
