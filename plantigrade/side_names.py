@@ -11,6 +11,11 @@ def split_side(name: str) -> tuple[str, str]:
     return (name[:-2], name[-1]) if name[-2:] in ("_r", "_l") else (name, "")
 
 
+def opposite(side: str) -> str:
+    """Return the other of ``"r"`` and ``"l"``."""
+    return {"r": "l", "l": "r"}[side]
+
+
 def side_of(name: str) -> str | None:
     """Return ``"r"`` or ``"l"`` of a body, joint or marker-like ``name``; None for the middle.
 

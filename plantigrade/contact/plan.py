@@ -15,6 +15,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
+from plantigrade.side_names import opposite
 
 TIME_TOLERANCE = 1e-7  #: Times closer than this are equal [s]
 UNIT_TOLERANCE = 1e-6  #: How far the length of a normal may be from one [1]; rounding
@@ -72,7 +73,7 @@ class Stance:
         """
         f, sign = self.footprint, -1.0 if mirrored else 1.0
         x, y, z = f.position
-        side = {"r": "l", "l": "r"}[f.side] if mirrored else f.side
+        side = opposite(f.side) if mirrored else f.side
         moved = Footprint(side, (x + forward, sign * y + aside, z), sign * f.heading)
         times = (t + seconds for t in self.times)
         return Stance(moved, *times, toes_first=self.toes_first, backward=self.backward)

@@ -104,6 +104,13 @@ def test_a_first_guess_rests_where_the_plan_has_it():
         )
 
 
+def aside(record: Record, part: str) -> float:
+    """Return how far the upward axis of a part leans to a side at most [rad]."""
+    human = record.human
+    up = [State(human, q).rotation(part)[1, 2] for q in record.motion.qpos[::5]]
+    return float(np.arcsin(np.abs(up).max()))
+
+
 @pytest.mark.slow
 @pytest.mark.solver
 def test_a_person_gets_up_from_hands_and_knees():
@@ -114,6 +121,7 @@ def test_a_person_gets_up_from_hands_and_knees():
     parts = ("hand_l", "hand_r", "knee_l", "knee_r", "toes_l")
     shares = record.contact_force[0, [knee(record, n) for n in parts], 2] / record.weight
     assert shares.sum() == pytest.approx(1.0, abs=0.02) and shares.min() > 0.02
+    assert max(aside(record, "head"), aside(record, record.human.trunk)) < np.deg2rad(20.0)
 
 
 @pytest.mark.solver

@@ -5,8 +5,7 @@ behind pushes off the floor with its toes and is put down beside the other. Wher
 rest is given; forces, torques and the motion are computed.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -21,17 +20,20 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
-from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, PELVIS
+from plantigrade.side_names import opposite
+from plantigrade.spatial.conventions import PELVIS
 from plantigrade.trajopt.guess.in_contact import KNEELING, Interpolated, resting
 from plantigrade.trajopt.guess.postures import standing_feet, standing_posture
+from plantigrade.trajopt.guess.rising import RisingPostures
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.tasks.mechanics import check_time
 from plantigrade.trajopt.tasks.settings import GetUp
 from plantigrade.trajopt.tasks.standing import at_rest, basics
 from plantigrade.trajopt.tasks.supported import with_supports
 from plantigrade.trajopt.tasks.task import MotionTask
+from plantigrade.trajopt.tasks.walking_weights import WalkingWeights
 from plantigrade.trajopt.terms.contact import Clearance
-from plantigrade.trajopt.terms.posture import Posture, PostureAt, Quiet, Rest
+from plantigrade.trajopt.terms.posture import Posture, PostureAt, Quiet, Rest, Upright
 
 FOREFOOT_OFF = 0.05  # [s] ball off before the toes
 TOES_GAP = 0.1  # [s] time in which toes come from their inner edge to lie flat
@@ -39,12 +41,16 @@ TOES_BACK = float(np.deg2rad(12.6))  # [rad] slope of a shank on its toes, ankle
 STRIDE = 1.25  # [thigh] front foot ahead of the rear knee with both hands on the floor. Estimate.
 HANDS_AHEAD = 0.34  # [stature] palms ahead of the knees on hands and knees. Estimate.
 HANDS_ASIDE = 0.145  # [stature] palms from the middle; the foot passes between. Estimate.
+KNEELS_UNTIL = 0.73  # [1] of the time on one knee that the guess stays upright. Chosen.
+HEAD_WEIGHT = 1.0  # [1/s] weight of a head that does not lean aside, as in lifting. Chosen.
 HABITS = {
     **dict.fromkeys(("pelvis_list", "lumbar_bending", "lumbar_rotation"), 2.0),
     **dict.fromkeys(("thorax_bending", "thorax_rotation"), 2.0),
     **dict.fromkeys(("arm_flex", "elbow_flex"), 0.3),
 }
-"""Weights of angles away from zero [1/(s rad²)]: trunk and pelvis do not bend aside. Chosen."""
+"""Weights of angles away from zero [1/(s rad²)]: trunk and pelvis do not bend aside. Chosen. They
+are angles between bones, and a trunk that leans with its pelvis costs nothing: without the costs of
+lean, trunk and head pass the front knee aside, 26 and 57° off the vertical."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +105,8 @@ def get_up(human: Human, parameters: GetUp) -> MotionTask:
         *at_rest(human, duration, standing),
         Clearance(),
         Posture(HABITS),
+        Upright("trunk", sideways=WalkingWeights().trunk_lean),
+        Upright("head", sideways=HEAD_WEIGHT),
     )
     guess = Interpolated(times, (start, *postures[1:]))
     return with_supports(MotionTask("get-up", plan, terms, guess), supports)
@@ -108,7 +116,7 @@ def _plan(
     human: Human, front: str, at: _Times, *, hands: bool
 ) -> tuple[ContactPlan, tuple[PointSupport, ...]]:
     """Return the stances of the feet, and what else rests on the floor."""
-    rear, feet, end = _other(front), standing_feet(human), at.duration + 1.0
+    rear, feet, end = opposite(front), standing_feet(human), at.duration + 1.0
     x = feet[front].position[0] - (STRIDE if hands else 1.0) * human.dimensions.thigh
     knees = {side: (x, feet[side].position[1], 0.0) for side in SIDES}
 
@@ -159,82 +167,26 @@ def _footprint(human: Human, side: str, toes: tuple[float, float, float]) -> Foo
 
 def _keys(human: Human, front: str, at: _Times) -> tuple[tuple[float, ...], Float[Array, "n nv"]]:
     """Return times and postures that a guess starts from, legs only near to where they rest."""
-    rear, d = _other(front), human.dimensions
-    low = d.ankle_height + d.shank - limb_site(human, f"knee_{rear}").radius
-    crawling = {**KNEELING, "hip_flexion": 1.5, "knee_angle": KNEELING["knee_angle"] - 0.1}
-    trunk = {
-        "pelvis_tilt": -1.45, "neck_extension": 0.5, "arm_flex": 1.75, "wrist_flex": -1.15,
-        "pro_sup": 2.8, "elbow_flex": 0.1,
-    }  # fmt: skip
-    ahead = {"knee_angle": 1.65, "hip_flexion": 1.5, "ankle_angle": 0.1}
-    down = {"knee_angle": 0.3, "hip_flexion": 0.15, "ankle_angle": 0.15}
-
-    def bent(
-        back: float, by: float, rear_leg: Mapping[str, float], front_leg: Mapping[str, float],
-        others: Mapping[str, float] | None = None,
-    ) -> Array:  # fmt: skip
-        q = standing_posture(human)
-        q[3:6] += np.array([-back * d.thigh, 0.0, -by]) @ OPENSIM_TO_WORLD
-        named = {f"{n}_{side}": v for n, v in (others or {}).items() for side in SIDES}
-        named |= {f"{n}_{rear}": v for n, v in rear_leg.items()}
-        named |= {f"{n}_{front}": v for n, v in front_leg.items()} | dict(others or {})
-        for i, name in enumerate(PELVIS + human.coordinates):
-            q[i] = named.get(name, q[i])
-        return q
-
-    keys: list[tuple[float, Array]] = []
-    late = STRIDE - 1.0 if at.front_off > 0.0 else 0.0  # the foot behind is farther behind
-    if at.front_off > 0.0:
-        instep = {**crawling, "ankle_angle": -0.95, "mtp_angle": 0.0, "hip_rotation": 0.15}
-        fours = bent(STRIDE, low, crawling, instep, trunk)
-        folded = {**trunk, "pelvis_tilt": -1.0, "lumbar_extension": -0.6, "elbow_flex": 0.3}
-        tucked = {
-            "knee_angle": 2.2, "hip_flexion": 2.0, "ankle_angle": 0.2, "hip_adduction": -0.2,
-            "hip_rotation": 0.15,
-        }  # fmt: skip
-        through = bent(0.95, low, {**crawling, "hip_flexion": 1.0}, tucked, folded)
-        lunge = {"knee_angle": 1.9, "hip_flexion": 2.1, "ankle_angle": 0.2}
-        astride = bent(0.65, low + 0.04, {**KNEELING, "hip_flexion": 0.3}, lunge, folded)
-        upright = {"pelvis_tilt": -0.5, "arm_flex": 0.4}
-        keys = [
-            (0.0, fours),
-            (at.front_off, fours),
-            ((at.front_off + at.front_down) / 2, through),
-            (at.front_down, astride),
-            (at.hands_off, astride),
-            ((at.hands_off + at.knee_off) / 2, bent(0.8, low, KNEELING, ahead, upright)),
+    p, hands = RisingPostures(), at.front_off > 0.0
+    rising = [
+        ((at.knee_off + at.toes_off) / 2, p.pushing),
+        (at.toes_off, p.toe_off),
+        ((at.toes_off + at.strike) / 2, p.swing),
+        (at.strike, p.strike),
+    ]
+    if hands:
+        rising[:2] = [(time, replace(k, back=k.back + STRIDE - 1.0)) for time, k in rising[:2]]
+        rising[2] = (rising[2][0], replace(p.swing, back=(STRIDE - 1.0) / 2))
+        first = [
+            (0.0, p.all_fours),
+            (at.front_off, p.all_fours),
+            ((at.front_off + at.front_down) / 2, p.foot_through),
+            (at.front_down, p.astride),
+            (at.hands_off, p.astride),
+            ((at.hands_off + at.knee_off) / 2, p.upright),
         ]
     else:
-        keys = [
-            (time, bent(1.0, low, {**KNEELING, "hip_flexion": 0.0}, ahead))
-            for time in (0.0, 0.73 * at.knee_off)
-        ]
-    keys += [
-        (
-            (at.knee_off + at.toes_off) / 2,
-            bent(
-                0.4 + late, 0.25 * low,
-                {"knee_angle": 1.2, "hip_flexion": -0.1, "ankle_angle": 0.2, "mtp_angle": 0.9},
-                {"knee_angle": 1.0, "hip_flexion": 1.0},
-            ),
-        ),
-        (
-            at.toes_off,
-            bent(
-                late, 0.06 * human.height, {"knee_angle": 1.1, "mtp_angle": 0.9},
-                {"knee_angle": 0.6, "hip_flexion": 0.6},
-            ),
-        ),
-        (
-            (at.toes_off + at.strike) / 2,
-            bent(late / 2, 0.0, {"knee_angle": 1.2, "hip_flexion": 0.3}, {}),
-        ),
-        (at.strike, bent(0.0, 0.02 * human.height, down, down)),
-        (at.duration, standing_posture(human)),
-    ]  # fmt: skip
-    times, postures = zip(*keys, strict=True)
-    return tuple(map(float, times)), np.array(postures)
-
-
-def _other(side: str) -> str:
-    return "l" if side == "r" else "r"
+        first = [(0.0, p.half_kneeling), (KNEELS_UNTIL * at.knee_off, p.half_kneeling)]
+    times, keys = zip(*first, *rising, strict=True)
+    postures = [k.coordinates(human, front) for k in keys] + [standing_posture(human)]
+    return (*map(float, times), at.duration), np.array(postures)

@@ -16,6 +16,7 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.side_names import opposite
 from plantigrade.trajopt.guess.postures import reaching, standing_feet, standing_posture
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.tasks.running import NODES_PER_SECOND, flying_terms
@@ -63,7 +64,7 @@ def hop(human: Human, parameters: Hop) -> MotionTask:
     if parameters.legs == "both":
         terms.append(Symmetry(SYMMETRY_WEIGHT))
     else:
-        free = "l" if parameters.legs == "r" else "r"
+        free = opposite(parameters.legs)
         terms.append(Within(f"knee_angle_{free}", *FREE_KNEE))
     rise = parameters.hop_height
 

@@ -5,6 +5,7 @@ import numpy as np
 from plantigrade.bounds import number
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.models import Human
+from plantigrade.side_names import opposite
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 from plantigrade.trajopt.guess.postures import KeyPostures, standing_feet, standing_posture
 from plantigrade.trajopt.tasks.mechanics import check_support
@@ -43,7 +44,7 @@ def side_step(human: Human, parameters: SideStep) -> MotionTask:
     number("distance", distance, 0.02, MAX_STEP_LENGTH * (d.thigh + d.shank), "m", what)
     way = distance if side == "l" else -distance
     t = np.cumsum(PHASE_SHARES) * duration
-    leave = {side: (t[0], t[1]), "l" if side == "r" else "r": (t[2], t[3])}
+    leave = {side: (t[0], t[1]), opposite(side): (t[2], t[3])}
     stances = []
     for foot, (off, strike) in leave.items():
         here = standing_feet(human)[foot]

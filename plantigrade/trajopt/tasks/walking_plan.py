@@ -22,6 +22,7 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.side_names import opposite
 from plantigrade.trajopt.tasks.gait_parameters import GaitParameters
 from plantigrade.trajopt.tasks.settings import Side
 
@@ -39,11 +40,6 @@ class _Fall:
     side: str
     width: float
     height: float = 0.0
-
-
-def other(side: str) -> str:
-    """Return the other side."""
-    return {"r": "l", "l": "r"}[side]
 
 
 def walk_plan(
@@ -86,7 +82,7 @@ def walk_plan(
     rest = 2.0 * float(np.sqrt(p.leg_length / p.gravity))  # [s] on both feet, before and after
     standing_width = standing_distance(human)
     still, closing = start == "standing", stop == "standing"
-    back = other(first)
+    back = opposite(first)
     if still:
         begin, side, width = rest + p.swing_time, first, standing_width
         falls = [_Fall(0.0, 0.0, back, width)]
@@ -101,7 +97,7 @@ def walk_plan(
         height = 0.0 if heights is None else float(heights[k])
         strike = begin + k * p.step_time + float(late[: k + 1].sum())
         falls.append(_Fall(strike, place, side, width, height))
-        side = other(side)
+        side = opposite(side)
     distance = falls[-1].place
     _check_way(falls[1:], distance, turn, p)
     duration = falls[-1].strike + (rest if closing else 0.0)

@@ -13,6 +13,7 @@ from plantigrade.bounds import number
 from plantigrade.constants import SIDES
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.models import Human
+from plantigrade.side_names import opposite
 from plantigrade.trajopt.guess.postures import (
     level_foot,
     reaching,
@@ -62,7 +63,7 @@ def sideways_plan(human: Human, stride: float, duration: float, leading: str) ->
     """Return a stride [m] to the side of the leading foot; from its landing on."""
     way = 1.0 if leading == "l" else -1.0
     feet, closed = standing_feet(human), standing_distance(human)
-    following = {"r": "l", "l": "r"}[leading]
+    following = opposite(leading)
     x = feet[leading].position[0]
     # when the leading foot lands, legs are apart by a stride more than when the other has closed
     swings = {leading: LEADING_SWING, following: FOLLOWING_SWING}

@@ -7,6 +7,7 @@ import numpy as np
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.models.mirror import mirror_sign, mirrored_name
 from plantigrade.record.conditions import Condition
+from plantigrade.side_names import opposite
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.terms.limits import Limits
@@ -104,4 +105,4 @@ class Uneven(Term):
 
     def mirrored(self) -> "Uneven":
         """Return the term of the other foot."""
-        return replace(self, side="l" if self.side == "r" else "r")
+        return replace(self, side=opposite(self.side))
