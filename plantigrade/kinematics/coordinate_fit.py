@@ -46,16 +46,8 @@ def fit_coordinates(recording: Recording, person: Person | None = None) -> Fit:
         person: Known properties of the person; the recording's metadata supply others. By default
             the height follows from the pelvis height and the mass from the stature.
     """
-    table = recording.coordinates
-    if table is None:
-        what = "ground reactions only" if recording.plates else "no joint coordinates"
-        raise FitError(
-            f"{recording.source} holds {what}: a motion needs angles such as hip_flexion_r; "
-            "give the file of joint coordinates"
-        )
     notes: list[str] = []
-    table = _usable(table, recording, notes)
-    _require_angles(table, recording)
+    table = _usable(recording, notes)
     person = filled(person or Person(), recording.subject)
     age, estimated = recording.subject.age, person.height is None
     height = person.height or _stature(person, table, age, notes)
@@ -74,14 +66,7 @@ def fit_coordinates(recording: Recording, person: Person | None = None) -> Fit:
         flight = "pelvis_ty" in table.names and np.ptp(lowest(human, qpos)) > MIN_FLIGHT_RISE
         qpos = forward_path(human, qpos, rate=rate, vertical=not flight)
         notes.append("the file gives no pelvis path; it was computed from the standing feet.")
-    ends = sole_paths(human, qpos).ends
-    way = moving_ground(table.time, *(each[:, ::-1] for each in ends))
-    if np.abs(way).max() > 0:
-        notes.append(Info("the ground moves under the feet (a treadmill, or walking in place)."))
-    qpos, rise = level(human, qpos, rate, way=way)
-    shift = float(np.median(rise))
-    if abs(shift) > 0.02:
-        notes.append(Info(f"the motion was shifted by {1e3 * shift:+.0f} mm onto the ground."))
+    qpos, way, shift = _on_ground(human, table.time, qpos, notes)
     seen = np.array([name in table.names for name in human.coordinates])
     assumed = unmeasured(human, seen)
     qpos = follow_the_legs(human, table.time, qpos, seen)
@@ -112,8 +97,30 @@ def fit_coordinates(recording: Recording, person: Person | None = None) -> Fit:
     )
 
 
-def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
+def _on_ground(
+    human: Human, time: Float[Array, " n"], qpos: Float[Array, "n nq"], notes: list[str]
+) -> tuple[Float[Array, "n nq"], Float[Array, "n 3"], float]:
+    """Return the motion on the ground, the path of the ground, and its shift upwards [m]."""
+    ends = sole_paths(human, qpos).ends
+    way = moving_ground(time, *(each[:, ::-1] for each in ends))
+    if np.abs(way).max() > 0:
+        notes.append(Info("the ground moves under the feet (a treadmill, or walking in place)."))
+    qpos, rise = level(human, qpos, rate_of(time), way=way)
+    shift = float(np.median(rise))
+    if abs(shift) > 0.02:
+        notes.append(Info(f"the motion was shifted by {1e3 * shift:+.0f} mm onto the ground."))
+    return qpos, way, shift
+
+
+def _usable(recording: Recording, notes: list[str]) -> Table:
     """Return the table with our names and without empty rows."""
+    table = recording.coordinates
+    if table is None:
+        what = "ground reactions only" if recording.plates else "no joint coordinates"
+        raise FitError(
+            f"{recording.source} holds {what}: a motion needs angles such as hip_flexion_r; "
+            "give the file of joint coordinates"
+        )
     names = tuple(SYNONYMS.get(n, n) for n in table.names)
     names = tuple(n if names.count(n) == 1 else o for n, o in zip(names, table.names, strict=True))
     known = [c for c in names if c in LEG_COORDINATES]
@@ -144,6 +151,7 @@ def _usable(table: Table, recording: Recording, notes: list[str]) -> Table:
     table, found_spikes = table_without_spikes(Table(names, time, values), angles)
     if found_spikes:
         notes.append(spike_note(found_spikes))
+    _require_angles(table, recording)
     return table
 
 

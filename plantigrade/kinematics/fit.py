@@ -6,7 +6,7 @@ frames, scale with :func:`plantigrade.kinematics.calibrate.calibrate`, solve eve
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -21,13 +21,14 @@ from plantigrade.kinematics.flat_feet import with_resting_soles
 from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.joint_distances import late_notes
+from plantigrade.kinematics.keypoint_noise import BonesOfVideo
 from plantigrade.kinematics.keypoints import TILT_OF_VIDEO, force_band_factor
 from plantigrade.kinematics.knee_height import knee_notes
 from plantigrade.kinematics.marker_doubts import error_notes, slip_notes, twin_notes, unseen_notes
 from plantigrade.kinematics.plausibility import lean_notes
 from plantigrade.kinematics.posture import pelvis_notes, posture_figures
 from plantigrade.kinematics.posture_prior import PosturePrior
-from plantigrade.kinematics.prepare import columns, prepare
+from plantigrade.kinematics.prepare import Prepared, columns, prepare
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.scaled_body import ScaledBody, scale
 from plantigrade.kinematics.side_doubts import side_notes
@@ -72,10 +73,8 @@ def fit_markers(
         person: Known properties of the person; the recording's metadata supply others.
         static: A standing trial of the same person with the same markers, if there is one.
         marker_set: Marker positions; by default the built-in set with the most known names.
-        ground: Slope or steps on which the feet stand; level at the height of the plates if not
-            given.
-        body: Scaled body shared by trials of this person; by default scaled to this recording
-            alone.
+        ground: Slope or steps on which the feet stand; by default level at the plates' height.
+        body: Scaled body shared by the person's trials; by default scaled to this one alone.
 
     Raises:
         FitError: If the recording has no markers, too few known ones, or no usable frame, or the
@@ -83,64 +82,26 @@ def fit_markers(
     """
     trial = prepare(recording, person, static=static, marker_set=marker_set, ground=ground)
     body = body or scale([trial], marker_set=marker_set)
-    recording, markers, window = trial.recording, trial.markers, trial.window
-    notes = [*body.notes, *trial.notes]
-    ignored = {
-        **trial.ignored,
-        **{n: "moves with no segment of the body" for n in trial.names if n not in body.names},
-    }
-    floor = body.floor(recording)
-    own = set(trial.names) & set(markers.names)
-    in_trial = [i for i, n in enumerate(body.names) if n in own]
-    tracked = [body.names[i] for i in in_trial]
-    samples = columns(markers, tracked)[window]
-    human, places = body.human, tuple(body.places[i] for i in in_trial)
-    solver = InverseKinematics(
-        PointSet.of(human, places), np.array([1 / noise_factor(p) ** 2 for p in places])
-    )
-    if trial.video is not None:
-        PosturePrior.of(human, trial.video).set_on(solver)
-    start = body.start(recording.source)
-    qpos, residual, kept, more = _follow(solver, samples, tracked, start)
-    notes += more
-    if body.grounded:
-        human = with_resting_soles(human, places, markers.time[window], qpos, ground=floor)
-    if trial.video is not None:
-        qpos = with_flat_feet(human, tracked, markers.time[window], qpos)
-    qpos = toes_on_ground(human, places, qpos, ground=floor)
-    qpos = unseen_toes_follow(human, places, qpos)
-    seen = measured_hinges(solver.points)
-    assumed = unmeasured(human, seen)
-    qpos = follow_the_legs(human, markers.time[window], qpos, seen)
-    notes += note(assumed, "no marker")
-    tilt = [TILT_OF_VIDEO] if trial.video else pelvis_notes(human, places, body.attached)
-    slips = (
-        []
-        if trial.video
-        else slip_notes(human, tracked, places, markers.time[window], qpos, samples)
-    )
-    gaps = unseen_notes(places, markers.time[window], samples)
-    used = np.where(kept, residual, np.nan)
-    figures = _metrics(used, human, kept, np.isfinite(residual))
-    fitted = Markers(tuple(tracked), markers.time[window], samples)
-    wrong: list[str] = []
-    if trial.video is None:
-        wrong = _doubts(fitted, places, body, human, qpos, marker_set)
-        wrong += error_notes(1e-3 * figures["marker_rms_mean_mm"])
-    notes = wrong + tilt + gaps + slips + notes
-    notes += lean_notes(rotation_matrix(qpos[:, 3:7]))
-    cut = replace(
-        recording, markers=Markers(markers.names, markers.time[window], markers.positions[window])
-    )
-    _add_marker_notes(
-        notes, body.attached, tracked, {n: w for n, w in ignored.items() if n in markers.names}
-    )
-    posture = posture_figures(human, qpos, body.standing)
+    recording, own, window = trial.recording, trial.markers, trial.window
+    fitted, places = _tracked(trial, body)
+    solver = _solver(body.human, places, trial.video)
+    qpos, residual, kept, repairs = _follow(solver, fitted, body.start(recording.source))
+    human, qpos, assumed = _on_ground(trial, body, fitted, places, qpos, solver.points)
+    figures = _marker_figures(trial, body, human, residual, kept)
+    posture = _without_assumed(posture_figures(human, qpos, body.standing), assumed)
+    error = 1e-3 * figures["marker_rms_mean_mm"]
+    wrong = [] if trial.video else _doubts(fitted, places, body, human, qpos, marker_set, error)
+    faults = _faults(trial, fitted, places, body, human, qpos)
+    others = [*repairs, *note(assumed, "no marker"), *lean_notes(rotation_matrix(qpos[:, 3:7]))]
+    others += _marker_notes(trial, body)
+    band = force_band_factor(trial.video.noise, fitted.names) if trial.video else 1.0
     return Fit(
         human=human,
-        time=markers.time[window],
+        time=fitted.time,
         qpos=qpos,
-        recording=cut,
+        recording=replace(
+            recording, markers=Markers(own.names, fitted.time, own.positions[window])
+        ),
         source_kind="markers",
         markers=fitted,
         places=places,
@@ -148,19 +109,53 @@ def fit_markers(
         kept=kept,
         attached=dict(body.attached),
         heading=trial.heading,
-        metrics={
-            **figures,
-            **({"standing_rms_mm": 1e3 * body.standing_rms} if len(body.standing) else {}),
-            **_without_assumed(posture, assumed),
-            "height_estimated": trial.person.height is None,
-            "labels_exchanged": [list(cycle) for cycle in trial.exchanged],
-        },
+        metrics={**figures, **posture},
         assumed=assumed,
-        force_band_factor=force_band_factor(trial.video.noise, tracked) if trial.video else 1.0,
-        ground=floor,
-        warnings=tuple(recording.warnings) + tuple(notes),
+        force_band_factor=band,
+        ground=body.floor(recording),
+        warnings=(*recording.warnings, *wrong, *faults, *body.notes, *trial.notes, *others),
         doubts=tuple(wrong),
     )
+
+
+def _tracked(trial: Prepared, body: ScaledBody) -> tuple[Markers, tuple[Attachment, ...]]:
+    """Return the markers of the body that the trial has, in its window, and their places."""
+    markers, own = trial.markers, set(trial.names) & set(trial.markers.names)
+    which = [i for i, n in enumerate(body.names) if n in own]
+    names = tuple(body.names[i] for i in which)
+    samples = columns(markers, names)[trial.window].copy()
+    return Markers(names, markers.time[trial.window], samples), tuple(body.places[i] for i in which)
+
+
+def _solver(
+    human: Human, places: Sequence[Attachment], video: BonesOfVideo | None
+) -> InverseKinematics:
+    """Return inverse kinematics that weigh each marker by its noise, with a prior for video."""
+    weights = np.array([1 / noise_factor(p) ** 2 for p in places])
+    solver = InverseKinematics(PointSet.of(human, places), weights)
+    if video is not None:
+        PosturePrior.of(human, video).set_on(solver)
+    return solver
+
+
+def _on_ground(
+    trial: Prepared,
+    body: ScaledBody,
+    fitted: Markers,
+    places: Sequence[Attachment],
+    qpos: Float[Array, "n_frames nq"],
+    points: PointSet,
+) -> tuple[Human, Float[Array, "n_frames nq"], tuple[str, ...]]:
+    """Return person and poses with soles on the ground, and coordinates that no marker shows."""
+    human, floor = body.human, body.floor(trial.recording)
+    if body.grounded:
+        human = with_resting_soles(human, places, fitted.time, qpos, ground=floor)
+    if trial.video is not None:
+        qpos = with_flat_feet(human, fitted.names, fitted.time, qpos)
+    qpos = toes_on_ground(human, places, qpos, ground=floor)
+    qpos = unseen_toes_follow(human, places, qpos)
+    seen = measured_hinges(points)
+    return human, follow_the_legs(human, fitted.time, qpos, seen), unmeasured(human, seen)
 
 
 def _doubts(
@@ -170,6 +165,7 @@ def _doubts(
     human: Human,
     qpos: Float[Array, "n_frames nq"],
     marker_set: MarkerSet | None,
+    error: float,
 ) -> list[str]:
     """Return what in the markers speaks against the fit: scale, lag, spine, sides, knees, tilt."""
     known, marks = landmarks_of(fitted.names, marker_set), landmark_names(fitted.names, marker_set)
@@ -184,25 +180,44 @@ def _doubts(
         *tilt_notes(human, qpos, body.standing),
         *sideways_notes(fitted, marks, human, qpos),
         *(twin_notes(body.attached, fitted.names) if walks else ()),
+        *error_notes(error),
     ]
 
 
-def _add_marker_notes(
-    notes: list[str], attached: Mapping[str, str], tracked: Sequence[str], lost: Mapping[str, str]
-) -> None:
-    """Add notes on markers of unknown name, and on unused ones with the reason."""
-    unknown = [n for n in attached if n in tracked]
+def _faults(
+    trial: Prepared,
+    fitted: Markers,
+    places: Sequence[Attachment],
+    body: ScaledBody,
+    human: Human,
+    qpos: Float[Array, "n_frames nq"],
+) -> list[str]:
+    """Return what limits the fit: an uncertain tilt of the pelvis, gaps, markers that slip."""
+    gaps = unseen_notes(places, fitted.time, fitted.positions)
+    if trial.video:
+        return [TILT_OF_VIDEO, *gaps]
+    slips = slip_notes(human, fitted.names, places, fitted.time, qpos, fitted.positions)
+    return [*pelvis_notes(human, places, body.attached), *gaps, *slips]
+
+
+def _marker_notes(trial: Prepared, body: ScaledBody) -> list[str]:
+    """Return notes on markers of unknown name, and on unused ones with the reason."""
+    notes, own = [], trial.markers.names
+    unknown = [n for n in body.attached if n in own and n in trial.names]
     if unknown:
         notes.append(
             f"{len(unknown)} markers with unknown names were assigned to the segment they move "
-            "with: " + listed([f"{n} on {attached[n]}" for n in unknown], 12) + "."
+            "with: " + listed([f"{n} on {body.attached[n]}" for n in unknown], 12) + "."
         )
+    loose = {n: "moves with no segment of the body" for n in trial.names if n not in body.names}
+    lost = {n: why for n, why in {**trial.ignored, **loose}.items() if n in own}
     if lost:
         notes.append(
             f"{len(lost)} markers were not used: "
             + listed([f"{n} ({why})" for n, why in lost.items()], between="; ")
             + "."
         )
+    return notes
 
 
 def _without_assumed(figures: dict[str, Any], assumed: Sequence[str]) -> dict[str, Any]:
@@ -212,13 +227,9 @@ def _without_assumed(figures: dict[str, Any], assumed: Sequence[str]) -> dict[st
     return {name: value for name, value in figures.items() if not name.startswith(hidden)}
 
 
-def _follow(
-    solver: InverseKinematics,
-    samples: Float[Array, "n_frames n_markers 3"],
-    names: Sequence[str],
-    first: Float[Array, " nq"],
-):
+def _follow(solver: InverseKinematics, fitted: Markers, first: Float[Array, " nq"]):
     """Solve all frames, correct swapped markers, exclude outliers, and solve again."""
+    samples, names = fitted.positions, fitted.names
     qpos, residual = track_arms(solver, samples, first)
     suspects = _suspects(residual)
     if not suspects.any():
@@ -272,8 +283,16 @@ def _unswap(frame, model, names, suspects, swapped) -> None:
                 break
 
 
-def _metrics(used, human: Human, kept, seen) -> dict:
-    shown = np.isfinite(used)
+def _marker_figures(
+    trial: Prepared,
+    body: ScaledBody,
+    human: Human,
+    residual: Float[Array, "n_frames n_markers"],
+    kept: Bool[Array, "n_frames n_markers"],
+) -> dict[str, Any]:
+    """Return figures of the marker errors, of the person's lengths, and of what was corrected."""
+    used = np.where(kept, residual, np.nan)
+    shown, seen = np.isfinite(used), np.isfinite(residual)
     per_frame = np.sqrt(np.nanmean(used[shown.any(axis=1)] ** 2, axis=1))
     per_marker = np.sqrt(np.nanmean(used[:, shown.any(axis=0)] ** 2, axis=0))
     d = human.dimensions
@@ -286,4 +305,7 @@ def _metrics(used, human: Human, kept, seen) -> dict:
         "samples_left_out": int((seen & ~kept).sum()),
         "height_m": human.height,
         **{f"length_{n}_m": getattr(d, n) for n in d.names()},
+        **({"standing_rms_mm": 1e3 * body.standing_rms} if len(body.standing) else {}),
+        "height_estimated": trial.person.height is None,
+        "labels_exchanged": [list(cycle) for cycle in trial.exchanged],
     }

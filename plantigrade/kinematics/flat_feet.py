@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import SIDES
+from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.kinematics.inverse import InverseKinematics
@@ -91,14 +91,11 @@ def set_flat(
     chosen = np.unique(np.concatenate(list(flat.values()))).astype(int)
     if not len(chosen):
         return FlatFeet(human, tuple(places))
-    points = PointSet.of(human, places)
-    poses = _poses(points, every[chosen], start)
-    markers = points.path(poses)
+    poses, markers = _poses(PointSet.of(human, places), every[chosen], start)
     states = [(state.rotations, state.origins) for state in sweep(human, poses)]
     rotations, origins = (np.array(column) for column in zip(*states, strict=True))
     moving = (chosen < n)[:, None]
-    # from world to the axes of the ground
-    turned = np.where(moving[..., None], ground.to_world, np.eye(3))
+    turned = np.where(moving[..., None], ground.to_world, np.eye(3))  # into axes of the ground
     rotations = np.einsum("fji,fbjk->fbik", turned, rotations)
     found: dict[int, np.ndarray] = {}
     heights: dict[str, float] = {}
@@ -107,43 +104,48 @@ def set_flat(
         own, foot = np.isin(chosen, flat[side]), human.body(f"foot_{side}")
         if not own.any():
             continue
-        R, at = rotations[own, foot], origins[own, foot]
-        height = np.where(moving[own], ground.above(at), floor.above(at))[:, 2]
-        ankle = np.einsum("fji,fj->fi", turned[own], at)
-        seen = np.einsum("fji,fmj->fmi", turned[own], markers[own])
-        up = R[:, 2].mean(axis=0)
+        at, up = origins[own, foot], rotations[own, foot][:, 2].mean(axis=0)
         pitch, tilt = np.arctan2(np.abs(up[:2]), up[2])
         if pitch > MAX_PITCH or tilt > MAX_TILT:
             notes.append(
-                f"the {'right' if side == 'r' else 'left'} foot rests {np.rad2deg(pitch):.0f}° "
-                f"pitched and {np.rad2deg(tilt):.0f}° tilted: it is not assumed to stand flat."
+                f"the {SIDE_NAMES[side]} foot rests {np.rad2deg(pitch):.0f}° pitched and "
+                f"{np.rad2deg(tilt):.0f}° tilted: it is not assumed to stand flat."
             )
             continue
+        height = np.where(moving[own], ground.above(at), floor.above(at))[:, 2]
         heights[side] = float(np.median(height))
-        shank = rotations[own, human.body(f"tibia_{side}")]
-        level = _levelled(human, side, shank, poses[own])
+        level = _levelled(human, side, rotations[own, human.body(f"tibia_{side}")], poses[own])
+        ankle = np.einsum("fji,fj->fi", turned[own], at)
+        seen = np.einsum("fji,fmj->fmi", turned[own], markers[own])
         for i, place in enumerate(places):
             if place.body in _bodies(human, side):
                 found[i] = np.einsum("fji,fj->fi", level, seen[:, i] - ankle).mean(axis=0)
     shod = _on_soles(human, heights, notes)
-    moved = tuple(
-        replace(p, position=_in_body(shod or human, p.body, found.get(i, _in_foot(human, p))))
+    moved = _moved(human, shod or human, places, found)
+    return FlatFeet(shod or human, moved, shod is not None, tuple(notes))
+
+
+def _moved(
+    human: Human, shod: Human, places: Sequence[Attachment], found: Mapping[int, np.ndarray]
+) -> tuple[Attachment, ...]:
+    """Return the places of markers on new feet: where they were found, else as on the old feet."""
+    return tuple(
+        replace(p, position=_in_body(shod, p.body, found.get(i, _in_foot(human, p))))
         if p.body in _bodies(human, p.body[-1])
         else p
         for i, p in enumerate(places)
     )
-    return FlatFeet(shod or human, moved, shod is not None, tuple(notes))
 
 
 def _poses(
     points: PointSet, markers: Float[Array, "n n_markers 3"], pose: Float[Array, " nq"]
-) -> Float[Array, "n nq"]:
-    """Return poses that fit markers, each started from the one before."""
+) -> tuple[Float[Array, "n nq"], Float[Array, "n n_markers 3"]]:
+    """Return poses that fit markers, each started from the one before, and the points there."""
     solver, poses = InverseKinematics(points), []
     for frame in markers:
         pose = solver.solve(frame, pose).qpos
         poses.append(pose)
-    return np.array(poses)
+    return np.array(poses), points.path(np.array(poses))
 
 
 def _on_soles(human: Human, heights: Mapping[str, float], notes: list[str]) -> Human | None:

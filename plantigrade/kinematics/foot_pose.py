@@ -273,6 +273,12 @@ class FootPoser:
         own[LATERAL] |= own[LATERAL_TOES] & np.array(["_metatarsal_" in s for s in self.spheres])
         return own / own.sum(axis=1, keepdims=True), np.where(own, 0.0, np.inf)
 
+    def _angles(self, R, Q):
+        """Return the angles of the foot's joints, from the rotations of foot and segments [rad]."""
+        inner = R.swapaxes(1, 2)[:, None] @ Q
+        inner[:, LATERAL_TOES] = inner[:, LATERAL].swapaxes(1, 2) @ inner[:, LATERAL_TOES]
+        return hinge_angles(inner, self.sign).reshape(-1, 12)
+
     def _prepared(self, pattern: tuple[bool, ...]):
         """Return the function for poses of frames with one pattern of marks.
 
@@ -286,10 +292,8 @@ class FootPoser:
         hold += [LATERAL_TOES] * (toes and not (lateral or medial))
         rolling = marked[TOE_TIPS] and not (medial or toes)
         hold += [TIPS] * rolling
-        find, again = (
-            GroundNormal(self._pivots[hold]),
-            GroundNormal(self._joint[LATERAL_TOES][None]),
-        )
+        find = GroundNormal(self._pivots[hold])
+        again = GroundNormal(self._joint[LATERAL_TOES][None])
         pressing = [heel or marked[HEEL_EDGE], lateral, medial or rolling, toes or rolling]
         aloft = ~np.array(pressing)[self.segment]
         others = self._at_rest[aloft], self._radius[aloft]
@@ -328,12 +332,7 @@ class FootPoser:
                     Q[:, LATERAL_TOES] = Q[:, LATERAL]
             else:
                 joints[:, LATERAL_TOES] += joints[:, LATERAL] - origin
-            if moved:
-                inner = R.swapaxes(1, 2)[:, None] @ Q
-                inner[:, LATERAL_TOES] = inner[:, LATERAL].swapaxes(1, 2) @ inner[:, LATERAL_TOES]
-                angles = hinge_angles(inner, self.sign).reshape(-1, 12)
-            else:
-                angles = np.zeros((len(ankle), 12))
+            angles = self._angles(R, Q) if moved else np.zeros((len(ankle), 12))
             spheres = joints[:, self.segment] + (Q[:, self.segment] @ self._centres)[..., 0]
             return _Found(R, angles, -down, open_, spheres)
 

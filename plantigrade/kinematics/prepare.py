@@ -87,8 +87,7 @@ def prepare(
         recording: The recording; it must have markers.
         person: Known properties of the person; the recording's metadata supply others.
         static: A standing trial of the same person with the same markers, if there is one.
-        marker_set: Where markers sit; the built-in set that knows most names if not given.
-        ground: Slope or steps on which the feet stand, where they are given.
+        marker_set: Where markers sit; by default the built-in set that knows most names.
     """
     if static is not None:
         known = replace(static.subject, date=None)  # the date is that of another recording
@@ -99,42 +98,29 @@ def prepare(
         raise FitError(f"{recording.source} has no markers to fit")
     markers, notes = with_continuous_labels(markers)
     names, ignored = _usable(markers)
-    if static is not None and static.markers is not None:
-        seen = np.any(np.isfinite(static.markers.positions[..., 0]), axis=0)
-        shown = zip(static.markers.names, seen, strict=True)
-        names += [n for n, ever in shown if ever and n not in markers.names]
+    names += [n for n in _seen_in(static) if n not in markers.names]
     human = human_of(person, person.height or USUAL_HEIGHT, age=recording.subject.age)
     placed = place_markers(names, human, marker_set)
-    markers, said = without_faulty_samples(markers, placed)
-    notes += said
-    recording = replace(recording, markers=markers)
-    start, stop = _longest_visible(markers, [n for n in names if n in markers.names])
-    if start > 0 or stop < markers.n_frames:
-        notes.append(
-            f"markers are missing at the ends: {stop - start} of {markers.n_frames} frames were "
-            f"fitted, {markers.time[start]:.2f} to {markers.time[stop - 1]:.2f} s."
-        )
-    known = [n for n in names if placed[n] is not None and n in markers.names]
-    require_known([n for n in names if n in markers.names], placed)
+    markers, faults = without_faulty_samples(markers, placed)
+    start, stop, ends = _window(markers, names)
+    own = [n for n in names if n in markers.names]
+    known = [n for n in own if placed[n] is not None]
+    require_known(own, placed)
     require_one_person(known, recording.source)
     require_human_size(columns(markers, known)[start:stop], recording.source)
-    right = corrected_labels(recording, static, human, names, placed)
-    recording, static, markers = right.recording, right.static, right.recording.markers
-    assert markers is not None
-    notes += right.notes
-    recording, far = without_far_samples(recording)
-    if far:
-        notes.append(f"{far} samples metres away from the person were discarded.")
+    right = corrected_labels(replace(recording, markers=markers), static, human, names, placed)
+    recording, far = without_far_samples(right.recording)
+    notes = [*notes, *faults, *ends, *right.notes]
+    notes += [f"{far} samples metres away from the person were discarded."] if far else []
     markers = recording.markers
     assert markers is not None
     markers, video, said = _of_keypoints(markers, recording, known, human, ground)
     recording = replace(recording, markers=markers)
-    notes += said
-    angle = quarter_turn_to_face_x(_facing(human, known, placed, markers, start, stop))
-    angle -= 0.0 if ground is None else ground.heading
+    facing = _facing(human, known, placed, markers, start, stop)
+    angle = quarter_turn_to_face_x(facing) - (0.0 if ground is None else ground.heading)
     return Prepared(
         recording=turn(recording, angle),
-        static=static,
+        static=right.static,
         person=person,
         human=human,
         names=tuple(names),
@@ -145,8 +131,28 @@ def prepare(
         ground=ground,
         video=video,
         exchanged=right.exchanged,
-        notes=tuple(notes),
+        notes=(*notes, *said),
     )
+
+
+def _seen_in(static: Recording | None) -> list[str]:
+    """Return the markers that a standing trial shows."""
+    if static is None or static.markers is None:
+        return []
+    seen = np.any(np.isfinite(static.markers.positions[..., 0]), axis=0)
+    return [n for n, ever in zip(static.markers.names, seen, strict=True) if ever]
+
+
+def _window(markers: Markers, names: Sequence[str]) -> tuple[int, int, list[str]]:
+    """Return the frames that show enough of the markers, from and to, and what was left out."""
+    start, stop = _longest_visible(markers, [n for n in names if n in markers.names])
+    if start == 0 and stop == markers.n_frames:
+        return start, stop, []
+    note = (
+        f"markers are missing at the ends: {stop - start} of {markers.n_frames} frames were "
+        f"fitted, {markers.time[start]:.2f} to {markers.time[stop - 1]:.2f} s."
+    )
+    return start, stop, [note]
 
 
 def _of_keypoints(

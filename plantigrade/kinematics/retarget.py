@@ -63,10 +63,9 @@ def fit_skeleton(
 
     Args:
         recording: The recording; it must have a skeleton.
-        person: Known properties of the person; the recording's metadata supply others. A height
-            that neither gives is estimated from the skeleton; where it differs by more than 6 %
-            from the skeleton's, the file is scaled to it. The mass is that usual for the stature
-            where neither gives it.
+        person: Known properties of the person; the recording's metadata supply others. By default
+            the height is the skeleton's, to which one that differs by more than 6 % scales the
+            file, and the mass is that usual for it.
         names: Our joints → the file's names, for skeletons with uninformative names
             (``{"hip_l": "Bone7"}``).
 
@@ -77,11 +76,9 @@ def fit_skeleton(
     recording, source, angle, repairs = _source_of(recording, names, notes)
     person = filled(person or Person(), recording.subject)
     recording, source, human, stature = _on_person(recording, source, person, notes)
-    rate = rate_of(source.time)
+    rate, way = rate_of(source.time), source.way()
     targets = SkeletonTargets(human, source)
-    qpos = targets.follow()
-    way = source.way()
-    qpos, rise = level(human, qpos, rate, way=way)
+    qpos, rise = level(human, targets.follow(), rate, way=way)
     before = sole_paths(human, qpos)
     rests = find_rests(before, rate, way=way)
     bones: dict[str, float] = {}
@@ -94,23 +91,16 @@ def fit_skeleton(
     assumed = unmeasured(human, targets.seen)
     qpos = follow_the_legs(human, source.time, qpos, targets.seen)
     notes += note(assumed, "no joint of the skeleton")
-    after = sole_paths(human, qpos)
     _add_ground_notes(notes, rise, before if rests else None, way)
-    error = targets.errors(qpos, rise)
     metrics = {
-        "joint_rms_mm": 1e3 * float(np.sqrt((error**2).mean())),
-        "joint_error_max_mm": 1e3 * float(error.max()),
-        "ground_shift_mm": 1e3 * float(np.median(rise)),
-        "ground_slope_mm": 1e3 * float(np.ptp(rise)),
+        **_figures(targets.errors(qpos, rise), rise, human),
         "stances": len(rests),
         **contact_metrics(before, rests, way, "_before"),
-        **contact_metrics(after, rests, way),
+        **contact_metrics(sole_paths(human, qpos), rests, way),
         **bones,
         **repairs,
         "skeleton_height_m": stature,
-        "height_m": human.height,
         "height_estimated": person.height is None,
-        **{f"length_{k}_m": getattr(human.dimensions, k) for k in human.dimensions.names()},
     }
     return Fit(
         human=human,
@@ -123,6 +113,20 @@ def fit_skeleton(
         metrics=metrics,
         warnings=tuple(recording.warnings) + tuple(notes),
     )
+
+
+def _figures(
+    error: Float[Array, "n n_joints"], rise: Float[Array, " n"], human: Human
+) -> dict[str, float]:
+    """Return figures of joint errors and shift of the ground [m], and lengths of the person."""
+    return {
+        "joint_rms_mm": 1e3 * float(np.sqrt((error**2).mean())),
+        "joint_error_max_mm": 1e3 * float(error.max()),
+        "ground_shift_mm": 1e3 * float(np.median(rise)),
+        "ground_slope_mm": 1e3 * float(np.ptp(rise)),
+        "height_m": human.height,
+        **{f"length_{k}_m": getattr(human.dimensions, k) for k in human.dimensions.names()},
+    }
 
 
 def _source_of(

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from plantigrade.arrays import Array, Bool, Float
+from plantigrade.arrays import Array, Bool, Float, Int, root_mean_square
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.kinematics.calibrate import Calibration, calibrate
@@ -85,87 +85,100 @@ def scale(trials: Sequence[Prepared], *, marker_set: MarkerSet | None = None) ->
     """
     trials = sorted(trials, key=lambda trial: str(trial.recording.source))
     one = trials[0]
+    samples = _samples(trials, marker_set)
+    scaled = samples.scaled(one.human, samples.placed, one.person.height)
+    said = _bent_notes(scaled, samples.standing, samples.statics)
+    if said:  # frames of the person like others, which show no zero of knees and feet
+        samples.standing[:] = False
+        scaled = samples.scaled(one.human, samples.placed, one.person.height)
+    which = [samples.names.index(n) for n in scaled.names]
+    frames = samples.frames[:, which]
+    said += standing_notes(
+        scaled.human, scaled.places, scaled.names, scaled.qpos, frames, samples.standing
+    )
+    doubts = stature_warnings(
+        one.person,
+        scaled.human,
+        scaled.places,
+        float(np.sqrt(np.nanmean(scaled.residual**2))),
+        lambda: samples.free(marker_set),
+        one.recording.source,
+    )
+    age = one.recording.subject.age
+    human, notes = with_unknown_size(scaled.human, scaled.places, one.person, age)
+    poses = scaled.qpos[samples.first]
+    seen = [columns(t.markers, scaled.names)[t.window] for t in trials]
+    sources = [str(t.recording.source) for t in trials]
+    floors = {
+        source: _floor(t, human, scaled.places, x, q)
+        for source, t, x, q in zip(sources, trials, seen, poses, strict=True)
+    }
+    still, ground = frames[samples.standing], floors[sources[0]]
+    every, rate = _on_one_ground(trials, seen), one.markers.rate
+    feet = set_flat(human, scaled.places, every, still, rate, poses[0], ground=ground)
+    return ScaledBody(
+        human=feet.human,
+        names=scaled.names,
+        places=feet.places,
+        attached=scaled.attached,
+        first=dict(zip(sources, poses, strict=True)),
+        standing=scaled.qpos[samples.standing],
+        standing_rms=root_mean_square(scaled.residual[: len(still)]),
+        floors=floors,
+        grounded=feet.grounded,
+        notes=(*said, *doubts, *notes, *feet.notes),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Samples:
+    """What a body is scaled to: frames of the standing trials, then chosen ones of the trials."""
+
+    one: Prepared  # the first trial by name
+    names: list[str]  # of all trials
+    placed: Mapping[str, Attachment | None]
+    statics: Iterable[str]  # sources of the standing trials
+    frames: Float[Array, "n_frames n_markers 3"]
+    standing: Bool[Array, " n_frames"]  # which frames are of standing trials
+    first: Int[Array, " n_trials"]  # the first frame of each trial
+
+    def scaled(
+        self, start: Human, placed: Mapping[str, Attachment | None], height: float | None
+    ) -> Calibration:
+        """Return the calibration from a person to start from."""
+        video = self.one.video
+        return calibrate(
+            start,
+            self.names,
+            dict(placed),
+            self.frames,
+            height=height,
+            standing=self.standing,
+            prior=None if video is None else PosturePrior.of(start, video),
+        )
+
+    def free(self, marker_set: MarkerSet | None) -> Human:
+        """Return the person scaled to the markers alone."""
+        usual = human_of(self.one.person, USUAL_HEIGHT, age=self.one.recording.subject.age)
+        return self.scaled(usual, place_markers(self.names, usual, marker_set), None).human
+
+
+def _samples(trials: Sequence[Prepared], marker_set: MarkerSet | None) -> _Samples:
+    """Return frames of trials, sorted by name, that show the range of each joint."""
+    one = trials[0]
     names = list(dict.fromkeys(chain.from_iterable(trial.names for trial in trials)))
     placed = one.placed if len(trials) == 1 else place_markers(names, one.human, marker_set)
     statics = {str(t.static.source): t for t in trials if t.static is not None}
     calm = [static_frames(t.static, names, t.human, t.known, placed) for t in statics.values()]
     still = np.concatenate([np.empty((0, len(names), 3)), *calm])
-    measured = [columns(trial.markers, names) for trial in trials]
     each = max(CALIBRATION_FRAMES // len(trials), MIN_TRIAL_FRAMES)
-    chosen = [
-        x[choose_frames(x, trial.window.start, trial.window.stop, each)]
-        for trial, x in zip(trials, measured, strict=True)
-    ]
-    standing = np.arange(len(still) + sum(map(len, chosen))) < len(still)
-    age, video = one.recording.subject.age, one.video
-
-    def scaled(start: Human, where: Mapping[str, Attachment | None], height: float | None):
-        return calibrate(
-            start,
-            names,
-            dict(where),
-            np.concatenate([still, *chosen]),
-            height=height,
-            standing=standing,
-            prior=None if video is None else PosturePrior.of(start, video),
-        )
-
-    def free() -> Human:
-        usual = human_of(one.person, USUAL_HEIGHT, age=age)
-        return scaled(usual, place_markers(names, usual, marker_set), None).human
-
-    calibration = scaled(one.human, placed, one.person.height)
-    said = _bent_notes(calibration, standing, statics)
-    if said:  # frames of the person like others, which show no zero of knees and feet
-        standing[:] = False
-        calibration = scaled(one.human, placed, one.person.height)
-    which = [names.index(n) for n in calibration.names]
-    said += standing_notes(
-        calibration.human,
-        calibration.places,
-        calibration.names,
-        calibration.qpos,
-        np.concatenate([still, *chosen])[:, which],
-        standing,
-    )
-    doubts = stature_warnings(
-        one.person,
-        calibration.human,
-        calibration.places,
-        float(np.sqrt(np.nanmean(calibration.residual**2))),
-        free,
-        one.recording.source,
-    )
-    human, notes = with_unknown_size(calibration.human, calibration.places, one.person, age)
-    starts = np.cumsum([len(still), *map(len, chosen)])[:-1]
-    poses = calibration.qpos[starts]
-    first = {str(t.recording.source): q for t, q in zip(trials, poses, strict=True)}
-    seen = [x[t.window][:, which] for t, x in zip(trials, measured, strict=True)]
-    floors = {
-        str(t.recording.source): _floor(t, human, calibration.places, x, q)
-        for t, x, q in zip(trials, seen, poses, strict=True)
-    }
-    feet = set_flat(
-        human,
-        calibration.places,
-        _on_one_ground(trials, seen),
-        still[standing[: len(still)]][:, which],
-        one.markers.rate,
-        calibration.qpos[len(still)],
-        ground=floors[str(one.recording.source)],
-    )
-    return ScaledBody(
-        human=feet.human,
-        names=calibration.names,
-        places=feet.places,
-        attached=calibration.attached,
-        first=first,
-        standing=calibration.qpos[standing],
-        standing_rms=_rms(calibration, int(standing.sum())),
-        floors=floors,
-        grounded=feet.grounded,
-        notes=(*said, *doubts, *notes, *feet.notes),
-    )
+    chosen = []
+    for trial in trials:
+        x = columns(trial.markers, names)
+        chosen.append(x[choose_frames(x, trial.window.start, trial.window.stop, each)])
+    frames = np.concatenate([still, *chosen])
+    first = np.cumsum([len(still), *map(len, chosen)])[:-1]
+    return _Samples(one, names, placed, statics, frames, np.arange(len(frames)) < len(still), first)
 
 
 def _bent_notes(
@@ -215,11 +228,3 @@ def _on_one_ground(
             higher = ground_height(trial.recording) - ground_height(one.recording)
             rows.append(x - [0.0, 0.0, higher])
     return np.concatenate(rows)
-
-
-def _rms(calibration: Calibration, still: int) -> float:
-    """Return the root-mean-square marker error in the first frames [m]."""
-    seen = np.isfinite(calibration.residual[:still])
-    if not seen.any():
-        return float("nan")
-    return float(np.sqrt(np.mean(calibration.residual[:still][seen] ** 2)))

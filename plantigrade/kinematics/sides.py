@@ -11,6 +11,7 @@ from plantigrade.errors import FitError
 from plantigrade.models.markers import MarkerSet, names_of_other_sides
 from plantigrade.models.parts import MIRROR
 from plantigrade.motion import Recording
+from plantigrade.side_names import opposite
 
 
 def swap_sides(recording: Recording, marker_set: MarkerSet | None = None) -> Recording:
@@ -28,11 +29,10 @@ def swap_sides(recording: Recording, marker_set: MarkerSet | None = None) -> Rec
     names = names_of_other_sides(markers.names, marker_set)
     if names == markers.names:
         raise FitError(f"{recording.source}: no marker name indicates a side")
-    sides = {"l": "r", "r": "l"}
     return replace(
         recording,
         markers=replace(markers, names=names),
-        events=tuple(replace(e, side=sides[e.side]) for e in recording.events),
+        events=tuple(replace(e, side=opposite(e.side)) for e in recording.events),
         plates=tuple(replace(plate, side=None) for plate in recording.plates),
         outputs={},
         static=None if recording.static is None else swap_sides(recording.static, marker_set),

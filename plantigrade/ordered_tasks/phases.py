@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from plantigrade.motion import GaitEvent
+from plantigrade.side_names import opposite
 
 # Each event of walking is followed by exactly one other.
 _NEXT = {
@@ -105,5 +106,5 @@ def phases_between(events: Sequence[GaitEvent]) -> tuple[Phase, ...]:
         if a.kind == "toe_off":
             phases.append(Phase(a.time, b.time, "single", a.side))
         else:
-            phases.append(Phase(a.time, b.time, "double", "l" if a.side == "r" else "r"))
+            phases.append(Phase(a.time, b.time, "double", opposite(a.side)))
     return tuple(phases)

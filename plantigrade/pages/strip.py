@@ -69,9 +69,7 @@ def strip_svg(
     x_ray: bool = False,
     objects: Sequence[PlacedObject] = (),
 ) -> str:
-    """Return an SVG of the body, its supports and objects at several instants.
-
-    Everything is projected horizontally; near parts are drawn over far ones.
+    """Return an SVG of the body, its supports and objects at several instants, seen horizontally.
 
     Args:
         indices: Frames to draw, from left to right.
@@ -82,60 +80,55 @@ def strip_svg(
         background: CSS colour of the background; none if None.
         behind: Another motion of the same body, drawn translucent behind the first.
         pale: Bodies that are drawn paler.
-        ground: Ground with slope, steps, bumps, relief and seats; level ground at height zero if
-            None.
+        ground: Ground with slope, steps, bumps, relief and seats; by default level at zero.
         view: One of :data:`~plantigrade.pages.camera.VIEWS`, at eye level.
         human: Person whose skin is drawn in place of the solids.
         x_ray: Whether the bones of the feet are seen through the skin.
         objects: Objects beside the body, in every frame.
     """
-    indices = [int(i) for i in indices]
-    if not indices or min(indices) < 0 or max(indices) >= len(qpos):
-        raise ParameterError(f"picture instants {indices} must be frames from 0 to {len(qpos) - 1}")
-    chosen = np.asarray(qpos)[indices]
-    positions, quats, com = poses(model, chosen)
+    indices = _frames(indices, len(qpos))
+    com = poses(model, np.asarray(qpos)[indices])[2]
     along = Camera.named(view, travel(com)).right
-    across = np.array([along[1], -along[0], 0.0])
-    camera = Camera(along, np.array([0.0, 0.0, 1.0]), across)
-    weight = max(float(model.body_mass.sum() * np.linalg.norm(model.opt.gravity)), 1e-9)
-
+    camera = Camera(along, np.array([0.0, 0.0, 1.0]), np.array([along[1], -along[0], 0.0]))
     drawing = _Drawing(model, camera, human, frozenset(pale), x_ray)
-    pictures = drawing.bodies(positions, quats)
+    pictures = drawing.of(np.asarray(qpos)[indices])
     if behind is not None:
-        others = poses(model, np.asarray(behind)[indices])
-        ghosts = drawing.bodies(*others[:2], colour=theme.REFERENCE)
-        for picture, ghost in zip(pictures, ghosts, strict=True):
-            picture.put_behind(ghost, opacity=0.4)
+        _put_ghosts(pictures, drawing.of(np.asarray(behind)[indices], colour=theme.REFERENCE))
     centre = com @ along
-    for picture, middle, frame in zip(pictures, com, indices, strict=True):
-        _put_objects(picture, objects, frame, middle, camera)
+    _put_objects(pictures, objects, indices, com, camera)
     _put_boards(pictures, centre, _boards(model, camera))
     places, spacing, (low, high) = _places(pictures, centre)
     top = max(p.top for p in pictures) + 0.06
     floor, parts = _ground(ground or Ground(), com, along, places, spacing, (low, high))
-    bottom = (0.18 if time is not None else 0.06) - floor
-    if background:
-        parts.insert(
-            0,
-            f'<rect x="{low:.3f}" y="{-top:.3f}" width="{high - low:.3f}" '
-            f'height="{top + bottom + floor:.3f}" fill="{background}"/>',
-        )
+    weight = max(float(model.body_mass.sum() * np.linalg.norm(model.opt.gravity)), 1e-9)
     for place, middle, frame, picture in zip(places, centre, indices, pictures, strict=True):
-        parts.append(
-            f'<g transform="translate({place - middle:.3f} 0)">{"".join(picture.elements)}'
-        )
-        if force is not None and point is not None:
-            parts += _arrows(force[frame], point[frame], camera, weight)
-        parts.append("</g>")
+        arrows = _arrows(force, point, frame, camera, weight)
+        parts += picture.moved(place - middle, arrows)
         if time is not None:
             parts.append(_time_text(f"{time[frame]:.2f} s", place, floor))
-    width_px = round(height_px * (high - low) / (top + bottom))
+    height = top + (0.18 if time is not None else 0.06) - floor
+    size = f'width="{high - low:.3f}" height="{height + floor:.3f}"'
+    below = [f'<rect x="{low:.3f}" y="{-top:.3f}" {size} fill="{background}"/>'] * bool(background)
+    seen = f"The body at {len(indices)} instants, seen {VIEW_TEXT[view]}"
+    return _svg([*below, *parts], seen, (low, -top, high - low, height), height_px)
+
+
+def _frames(indices: Sequence[int], count: int) -> list[int]:
+    """Return the frames to draw, or refuse those that are not there."""
+    indices = [int(i) for i in indices]
+    if not indices or min(indices) < 0 or max(indices) >= count:
+        raise ParameterError(f"picture instants {indices} must be frames from 0 to {count - 1}")
+    return indices
+
+
+def _svg(
+    parts: Sequence[str], label: str, box: tuple[float, float, float, float], height_px: int
+) -> str:
+    """Return the drawing of elements in a box: left, top, width and height [m]."""
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" class="strip" role="img" '
-        f'aria-label="The body at {len(indices)} instants, seen {VIEW_TEXT[view]}" '
-        f'width="{width_px}" height="{height_px}" '
-        f'viewBox="{low:.3f} {-top:.3f} {high - low:.3f} {top + bottom:.3f}">'
-        f"{''.join(parts)}</svg>"
+        f'<svg xmlns="http://www.w3.org/2000/svg" class="strip" role="img" aria-label="{label}" '
+        f'width="{round(height_px * box[2] / box[3])}" height="{height_px}" '
+        f'viewBox="{" ".join(f"{x:.3f}" for x in box)}">{"".join(parts)}</svg>'
     )
 
 
@@ -150,6 +143,12 @@ def _places(
     return places, spacing, (float(left[0] - 0.1), float(right[-1] + places[-1] + 0.1))
 
 
+def _put_ghosts(pictures: list["_Picture"], ghosts: list["_Picture"]) -> None:
+    """Put the pictures of another motion behind those of a body, translucent."""
+    for picture, ghost in zip(pictures, ghosts, strict=True):
+        picture.put_behind(ghost, opacity=0.4)
+
+
 def _put_boards(pictures: list["_Picture"], centre: Array, boards: list["_Picture"]) -> None:
     """Put seats behind the bodies that are near them."""
     for picture, middle in zip(pictures, centre, strict=True):
@@ -159,11 +158,17 @@ def _put_boards(pictures: list["_Picture"], centre: Array, boards: list["_Pictur
 
 
 def _arrows(
-    force: Float[Array, "k 3"], point: Float[Array, "k 3"], camera: Camera, weight: float
+    force: Float[Array, "n k 3"] | None,
+    point: Float[Array, "n k 3"] | None,
+    frame: int,
+    camera: Camera,
+    weight: float,
 ) -> list[str]:
+    if force is None or point is None:
+        return []
     arrows = (
-        force_arrow(f, p, camera, STILL, weight, per_metre=UNITS)
-        for f, p in zip(force[:, None], point[:, None], strict=True)
+        force_arrow(f[None], p[None], camera, STILL, weight, per_metre=UNITS)
+        for f, p in zip(force[frame], point[frame], strict=True)
     )
     return [f'<g transform="scale({1 / UNITS:g})">', *arrows, "</g>"]
 
@@ -214,6 +219,10 @@ class _Picture:
     right: float
     top: float
 
+    def moved(self, by: float, arrows: Sequence[str]) -> list[str]:
+        """Return the elements with arrows before them, so far to the right [m]."""
+        return [f'<g transform="translate({by:.3f} 0)">', *self.elements, *arrows, "</g>"]
+
     def put_behind(self, other: "_Picture", opacity: float = 1.0) -> None:
         """Draw another picture behind this one."""
         group = f'<g opacity="{opacity:g}">'.replace("0.", ".")
@@ -243,25 +252,26 @@ def _boards(model: mujoco.MjModel, camera: Camera) -> list[_Picture]:
 
 
 def _put_objects(
-    picture: "_Picture",
+    pictures: Sequence[_Picture],
     objects: Sequence[PlacedObject],
-    frame: int,
-    centre: Float[Array, " 3"],
+    frames: Sequence[int],
+    centres: Float[Array, "n 3"],
     camera: Camera,
 ) -> None:
-    """Put the objects that are there in a frame behind or before the body."""
-    here = [replace(each, pose=each.pose[[frame]]) for each in objects]
-    here = [each for each in here if np.isfinite(each.pose).all()]
-    behind, before, seen = object_layers(here, Shot(centre[None], camera, STILL, "t", UNITS))
-    x, y = camera.project(centre[None])[0]
-    (left, top), (right, _) = seen.min(axis=0) / UNITS, seen.max(axis=0) / UNITS
-    move = f'<g transform="translate({x:.3f} {y:.3f}) scale({1 / UNITS:g})">'
-    extent = x + float(left), x + float(right), -y - float(top)
-    if behind:
-        picture.put_behind(_Picture([move, *behind, "</g>"], *extent))
-    if before:
-        picture.put_behind(_Picture([], *extent))  # for the extent
-        picture.elements += [move, *before, "</g>"]
+    """Put the objects that are there in each frame behind or before the body."""
+    for picture, frame, centre in zip(pictures, frames, centres, strict=True):
+        here = [replace(each, pose=each.pose[[frame]]) for each in objects]
+        here = [each for each in here if np.isfinite(each.pose).all()]
+        behind, before, seen = object_layers(here, Shot(centre[None], camera, STILL, "t", UNITS))
+        x, y = camera.project(centre[None])[0]
+        (left, top), (right, _) = seen.min(axis=0) / UNITS, seen.max(axis=0) / UNITS
+        move = f'<g transform="translate({x:.3f} {y:.3f}) scale({1 / UNITS:g})">'
+        extent = x + float(left), x + float(right), -y - float(top)
+        if behind:
+            picture.put_behind(_Picture([move, *behind, "</g>"], *extent))
+        if before:
+            picture.put_behind(_Picture([], *extent))  # for the extent
+            picture.elements += [move, *before, "</g>"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,10 +284,9 @@ class _Drawing:
     pale: frozenset[str]
     x_ray: bool
 
-    def bodies(
-        self, positions: Float[Array, "n nbody 3"], quats: Float[Array, "n nbody 4"], colour=""
-    ) -> list[_Picture]:
+    def of(self, qpos: Float[Array, "n nq"], colour: str = "") -> list[_Picture]:
         """Return the pictures of the body; of one colour if given."""
+        positions, quats, _ = poses(self.model, qpos)
         skin = self.human and SkinFigure.of(self.human, positions, quats, self.pale)
         figure = Figure(self.model, positions, quats, self.pale)
         found = []

@@ -35,7 +35,7 @@ from plantigrade.spatial.conventions import within_half_turn
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.solution import Solution
 from plantigrade.trajopt.solve import Progress, synthesize
-from plantigrade.trajopt.tasks.tracking import Tracking, grounded
+from plantigrade.trajopt.tasks.tracking import grounded
 from plantigrade.trajopt.tasks.tracking import track as track_task
 from plantigrade.workflows.fit import fit_trial, norm_signals
 from plantigrade.workflows.settings import TrackSettings
@@ -211,7 +211,6 @@ def track(
     path: str | Path,
     settings: TrackSettings | None = None,
     *,
-    tracking: Tracking | None = None,
     progress: Progress | None = None,
     step: Step = silent,
     origin: Origin | None = None,
@@ -221,7 +220,6 @@ def track(
     Args:
         path: The recording: markers, a skeleton's motion, or joint coordinates.
         settings: What decides the result.
-        tracking: Weights; the default ones if absent.
         progress: Called with every iteration; returning True stops with the best so far.
         step: Shows progress of the fit.
         origin: For the provenance.
@@ -235,7 +233,7 @@ def track(
     settings, path = settings or TrackSettings(), as_path(path, "a recording")
     origin = origin or Origin(name=f"synthesize-track-{path.stem}")
     recording, trial = fit_trial(path, settings, step)
-    tracked = track_trial(trial, settings, tracking=tracking, progress=progress)
+    tracked = track_trial(trial, settings, progress=progress)
     return run_of(recording, tracked, settings, origin)
 
 
@@ -271,7 +269,6 @@ def track_trial(
     trial: Trial,
     settings: TrackSettings | None = None,
     *,
-    tracking: Tracking | None = None,
     progress: Progress | None = None,
 ) -> Tracked:
     """Track a fitted recording with ground reactions; see :func:`track`."""
@@ -297,7 +294,7 @@ def track_trial(
     begin = max(start - EVENT_MARGIN, min(first + UNTRACKED_EDGE, start))
     end = min(stop + EVENT_MARGIN, max(last - UNTRACKED_EDGE, stop))
     estimate = estimate_forces(human, motion)
-    task = track_task(human, motion, forces=estimate, start=begin, stop=end, tracking=tracking)
+    task = track_task(human, motion, forces=estimate, start=begin, stop=end)
     body = ContactBody.for_plan(human, task.plan)
     solution = synthesize(body, task, progress=progress, refinements=settings.refinements)
     seconds = clock.perf_counter() - began

@@ -144,25 +144,30 @@ class InteriorPoint:
             if self._lower_barrier(at, errors, now.violation):
                 filter_.clear()
             curved = multipliers is not None or number >= self._guessed
-            if not self._kkt.factorise(at.x, curved=curved):
+            solvable = self._kkt.factorise(at.x, curved=curved)
+            if not (solvable and self._move(at, errors, objective, filter_)):
                 status = "stalled"
                 break
-            step = self._kkt.step(at.x, errors.gaps, at.mu)
-            step = recentred(self._kkt, self._slacks, step, at.mu)
-            search = LineSearch(e, self._slacks, at.x, step, at.mu, objective)
-            trial = search.run(filter_, self._kkt)
-            if trial is None:
-                at.stalls += 1
-                if at.stalls > MAX_STALLED_ITERATIONS:
-                    status = "stalled"
-                    break
-                filter_.clear()
-                trial = self._forced(at, search)
-            at.x, at.alpha = trial.x, trial.alpha
-            for s, new, dy, dz in zip(self._slacks, trial.s, step.y, step.z, strict=True):
-                s.move(new, trial.alpha * dy, search.alpha_dual * dz, at.mu)
-            e.linearise(at.x)
         return self._result(at, status, history)
+
+    def _move(self, at: _State, errors: _Errors, objective: float, filter_: Filter) -> bool:
+        """Take a step of the factorised equations; return whether the search goes on."""
+        e, kkt = self._e, self._kkt
+        step = kkt.step(at.x, errors.gaps, at.mu)
+        step = recentred(kkt, self._slacks, step, at.mu)
+        search = LineSearch(e, self._slacks, at.x, step, at.mu, objective)
+        trial = search.run(filter_, kkt)
+        if trial is None:
+            at.stalls += 1
+            if at.stalls > MAX_STALLED_ITERATIONS:
+                return False
+            filter_.clear()
+            trial = self._forced(at, search)
+        at.x, at.alpha = trial.x, trial.alpha
+        for s, new, dy, dz in zip(self._slacks, trial.s, step.y, step.z, strict=True):
+            s.move(new, trial.alpha * dy, search.alpha_dual * dz, at.mu)
+        e.linearise(at.x)
+        return True
 
     def _start(self, x: Array, multipliers: Multipliers | None) -> _State:
         """Return the first point, with slacks and multipliers set."""

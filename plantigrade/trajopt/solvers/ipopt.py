@@ -152,10 +152,16 @@ def run(
         except (RuntimeError, KeyboardInterrupt):  # a solver that gives up by raising
             x, stats = x0, {"success": False, "return_status": "failed"}
     seconds = clock.perf_counter() - began
-    word = str(stats.get("return_status", ""))
-    success = bool(stats.get("success", False))
-    if not success and watch.best is not None:
+    if not stats.get("success", False) and watch.best is not None:
         x = _better(program, watch, x, feasibility)
+    return _result(program, watch, x, stats, seconds)
+
+
+def _result(
+    program: SparseProgram, watch: "Watch", x: Array, stats: Mapping[str, Any], seconds: float
+) -> IpoptResult:
+    """Return a point with what the solver says of its way there."""
+    word = str(stats.get("return_status", ""))
     worst = program.worst(x)
     c, u = program.unpack(x)
     reported = stats.get("iterations") or {}
@@ -165,7 +171,7 @@ def run(
     return IpoptResult(
         c=c,
         u=u,
-        success=success,
+        success=bool(stats.get("success", False)),
         status=_WORDS.get(word, word.replace("_", " ").lower() or "failed"),
         iterations=int(stats.get("iter_count", len(watch.objective))),
         objective=program.objective(x),

@@ -146,25 +146,12 @@ def gait_parameters(
         raise ParameterError(f"{cadence=} [1/min] must be positive")
     if step_length is not None:
         step = float(step_length)
+    elif cadence is not None:
+        step = 60.0 * speed / cadence
     else:
-        step = (
-            STEP_LENGTH_COEFFICIENT * length * usual**0.5 * (gravity / GRAVITY) ** GRAVITY_EXPONENT
-            if cadence is None
-            else 60.0 * speed / cadence
-        )
-    what = f"walking on legs of {length:.3g} m at this cadence"
-    number("step_length", step, 0.02 * length, MAX_STEP_LENGTH * length, "m", what)
-    step_time = step / speed
-    if cadence is not None and abs(cadence * step_time / 60.0 - 1.0) > 0.01:
-        raise ParameterError(
-            f"steps of {step:g} m at {speed:g} m/s are {60.0 / step_time:.1f} a minute, not "
-            f"{cadence:g}: leave out step length or cadence"
-        )
-    if not STEP_TIMES[0] <= step_time <= STEP_TIMES[1]:
-        raise ParameterError(
-            f"a step of {step:g} m at {speed:g} m/s takes {step_time:.3g} s; allowed are "
-            f"{STEP_TIMES[0]:g} to {STEP_TIMES[1]:g} s: change step length, cadence or speed"
-        )
+        step = STEP_LENGTH_COEFFICIENT * length * usual**0.5
+        step *= (gravity / GRAVITY) ** GRAVITY_EXPONENT
+    step_time = _step_time(length, speed, step, cadence)
     stance = float(np.interp(relative, list(CLASS_SPEEDS.values()), list(FOOT_OFF.values()))) / 100
     flat = FOOT_FLAT_SHARE * (stance - 0.5)
     return GaitParameters(
@@ -180,6 +167,24 @@ def gait_parameters(
         leg_length=length,
         gravity=gravity,
     )
+
+
+def _step_time(length: float, speed: float, step: float, cadence: float | None) -> float:
+    """Return the time of a step [s] of a length [m] on legs of a length [m], or refuse it."""
+    what = f"walking on legs of {length:.3g} m at this cadence"
+    number("step_length", step, 0.02 * length, MAX_STEP_LENGTH * length, "m", what)
+    step_time = step / speed
+    if cadence is not None and abs(cadence * step_time / 60.0 - 1.0) > 0.01:
+        raise ParameterError(
+            f"steps of {step:g} m at {speed:g} m/s are {60.0 / step_time:.1f} a minute, not "
+            f"{cadence:g}: leave out step length or cadence"
+        )
+    if not STEP_TIMES[0] <= step_time <= STEP_TIMES[1]:
+        raise ParameterError(
+            f"a step of {step:g} m at {speed:g} m/s takes {step_time:.3g} s; allowed are "
+            f"{STEP_TIMES[0]:g} to {STEP_TIMES[1]:g} s: change step length, cadence or speed"
+        )
+    return step_time
 
 
 def ball_off(stance: float, flat: float) -> float:

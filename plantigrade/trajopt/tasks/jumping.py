@@ -54,20 +54,14 @@ def jump(human: Human, parameters: Jump) -> MotionTask:
     Raises:
         ParameterError: If a value is out of range for this person.
     """
-    height, distance, push, landing = (
-        parameters.jump_height,
-        parameters.distance,
-        parameters.push,
-        parameters.landing,
-    )
+    height, distance, push = parameters.jump_height, parameters.distance, parameters.push
     most, what = 0.5 * human.height, f"a jump of a person of {human.height:.2f} m"
     number("distance", distance, -most, most, "m", what)
     depth = _depth(human, parameters)
     check_push(human, height, depth + TAKE_OFF_RISE * human.height, "a jump")
     speed = float(np.sqrt(2 * human.gravity * height))
-    flight = 2 * speed / human.gravity
-    down = push + flight
-    duration = down + landing
+    down = push + 2 * speed / human.gravity
+    duration = down + parameters.landing
     stances = []
     for side, foot in standing_feet(human).items():
         stances.append(_pushing(foot, push))
@@ -75,7 +69,6 @@ def jump(human: Human, parameters: Jump) -> MotionTask:
         there = Footprint(side, (x + distance, y, z), foot.heading)
         end = duration + 1.0
         stances.append(Stance(there, down, down + HEEL_DOWN, end, end, end, toes_first=True))
-    plan = ContactPlan(duration, tuple(stances))
     before = standing_posture(human)
     after = _moved(human, before, ahead=distance)
     terms: tuple[Term, ...] = (
@@ -90,18 +83,19 @@ def jump(human: Human, parameters: Jump) -> MotionTask:
         *_countermovement(human, push, depth),
         *_habits(human),
     )
-    rise = 0.04 * human.height
-    low = crouch(human, standing_feet(human), depth)
-    guess = KeyPostures(
-        (
-            0.0,
-            LOWEST_POINT_TIME * push,
-            push,
-            push + flight / 2,
-            down,
-            down + 0.3 * landing,
-            duration,
-        ),
+    plan, guess = ContactPlan(duration, tuple(stances)), _jump_guess(human, parameters, depth, down)
+    return MotionTask("jump", plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
+
+
+def _jump_guess(human: Human, parameters: Jump, depth: float, down: float) -> KeyPostures:
+    """Return postures of a jump that goes down by a depth [m] and lands at a time [s]."""
+    height, distance = parameters.jump_height, parameters.distance
+    push, landing = parameters.push, parameters.landing
+    before, rise = standing_posture(human), 0.04 * human.height
+    low, landed = crouch(human, standing_feet(human), depth), down + 0.3 * landing
+    flight = 2 * float(np.sqrt(2 * human.gravity * height)) / human.gravity
+    return KeyPostures(
+        (0.0, LOWEST_POINT_TIME * push, push, push + flight / 2, down, landed, down + landing),
         (
             before,
             _moved(human, low, arms=-40.0),
@@ -109,12 +103,11 @@ def jump(human: Human, parameters: Jump) -> MotionTask:
             _moved(human, before, ahead=distance / 2, up=rise + height, arms=90.0),
             _moved(human, before, ahead=distance, up=rise, arms=60.0),
             _moved(human, low, ahead=distance, arms=20.0),
-            after,
+            _moved(human, before, ahead=distance),
         ),
         lift=height,
         bent=GUESS_LEG_SHORTENING,
     )
-    return MotionTask("jump", plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
 
 
 def take_off(human: Human, parameters: TakeOff) -> MotionTask:

@@ -17,13 +17,12 @@ from, too. When the feet touch comes from gait events and from what rests
 :mod:`plantigrade.dynamics.loading`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from plantigrade.arrays import Array
-from plantigrade.contact.intervals import ContactInterval
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
@@ -124,12 +123,9 @@ def track(
     human: Human,
     motion: Motion,
     *,
-    contacts: Sequence[ContactInterval] | None = None,
     forces: GroundForces | None = None,
     start: float | None = None,
     stop: float | None = None,
-    tracking: Tracking | None = None,
-    name: str = "track",
 ) -> MotionTask:
     """Return the task of tracking a motion as far as ground reactions allow.
 
@@ -138,10 +134,8 @@ def track(
         motion: The motion, over level ground at height zero.
         forces: Ground reactions on its frames, with their bands, to start from and to stay near;
             estimated from the motion if absent.
-        contacts: Which part of which foot touches when [s]; from the motion itself if absent.
         start: From when [s], time zero of the task; the first frame if absent.
         stop: To when [s]; the last frame if absent.
-        tracking: Weights.
 
     Raises:
         ParameterError: If there are fewer than four frames between start and stop, or no foot
@@ -155,20 +149,8 @@ def track(
             f"{len(time)} frames from {time[0]:g} to {time[-1]:g} s hold nothing to track from "
             f"{start:g} to {stop:g} s: at least four are needed, without gaps"
         )
-    if contacts is None:
-        contacts = contacts_of(human, motion)
-    if forces is None:
-        forces = estimate_forces(human, motion)
-    steps = max(int(np.floor((stop - start) / GRID + 1e-9)), 4)
-    duration = steps * GRID
-    stances = recorded_stances(human, motion, contacts, start, duration)
-    seat = supports_of(human, motion, forces.contacts, start, duration)
-    plan = ContactPlan(duration, stances, supports=seat)
-    if not plan.stances:
-        raise ParameterError(
-            "no foot touches the ground in the motion; a motion to track stands on level ground at "
-            "height zero"
-        )
+    forces = estimate_forces(human, motion) if forces is None else forces
+    plan = _plan(human, motion, forces, start, stop)
     q = human.to_coordinates(motion.qpos)[1]
     q[:, :3] = np.unwrap(q[:, :3], axis=0)
     moved = time - start
@@ -184,9 +166,9 @@ def track(
         return forces_at_sites(body, feet.at(nodes), seated, q, active[:, 2::3])
 
     moments = expected_moments(human, motion, forces, moved)
-    terms = (tracking or Tracking()).terms(moved, q, feet, moments)
+    terms = Tracking().terms(moved, q, feet, moments)
     return MotionTask(
-        name,
+        "track",
         plan,
         terms,
         guess,
@@ -194,6 +176,21 @@ def track(
         force_guess=force_guess,
         solid=False,
     )
+
+
+def _plan(
+    human: Human, motion: Motion, forces: GroundForces, start: float, stop: float
+) -> ContactPlan:
+    """Return when and where feet and seat rest between two times [s]."""
+    duration = max(int(np.floor((stop - start) / GRID + 1e-9)), 4) * GRID
+    stances = recorded_stances(human, motion, contacts_of(human, motion), start, duration)
+    if not stances:
+        raise ParameterError(
+            "no foot touches the ground in the motion; a motion to track stands on level ground at "
+            "height zero"
+        )
+    seat = supports_of(human, motion, forces.contacts, start, duration)
+    return ContactPlan(duration, stances, supports=seat)
 
 
 def grounded(human: Human, motion: Motion) -> tuple[Human, Motion, float]:

@@ -17,6 +17,7 @@ from typing import Literal
 
 import numpy as np
 
+from plantigrade.arrays import Array, Float
 from plantigrade.bounds import word
 from plantigrade.constants import SIDES
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
@@ -63,16 +64,11 @@ def walk_plan(
         parameters: Lengths and times of the walk.
         steps: How many times a foot is put down, without the strike at the start of a walk that
             begins walking; at least 2 from standing to standing.
-        start: ``"standing"`` or ``"walking"``.
-        stop: ``"standing"`` or ``"walking"``.
         first: The foot that steps first, or that strikes as the walk begins.
         turn: Change of heading from the first to the last footprint, to the left positive [rad].
         heights: Ground below each of the steps [m], level where each foot stands; the ground is at
             zero before. A stair of three 15 cm steps up: ``(0.15, 0.30, 0.45, 0.45)``.
         delays: How much longer than usual each of the steps lasts [s]; its swing is longer by that.
-
-    Returns:
-        The plan; its duration follows.
 
     Raises:
         ParameterError: If a value is out of range.
@@ -80,38 +76,19 @@ def walk_plan(
     p = parameters
     _check(steps, start, stop, first, heights)
     rest = 2.0 * float(np.sqrt(p.leg_length / p.gravity))  # [s] on both feet, before and after
-    standing_width = standing_distance(human)
-    still, closing = start == "standing", stop == "standing"
-    back = opposite(first)
-    if still:
-        begin, side, width = rest + p.swing_time, first, standing_width
-        falls = [_Fall(0.0, 0.0, back, width)]
-    else:
-        begin, side, width = p.step_time, back, p.step_width
-        falls = [_Fall(-p.step_time, -p.step_length, back, width)]
-    falls.append(_Fall(0.0, 0.0, first, width))
     late = np.zeros(steps) if delays is None else np.asarray(delays, float)
-    for k in range(steps):
-        place = (k if closing and k == steps - 1 else k + 1) * p.step_length
-        width = standing_width if closing and k >= steps - 2 else p.step_width
-        height = 0.0 if heights is None else float(heights[k])
-        strike = begin + k * p.step_time + float(late[: k + 1].sum())
-        falls.append(_Fall(strike, place, side, width, height))
-        side = opposite(side)
+    still, closing = start == "standing", stop == "standing"
+    begin = rest + p.swing_time if still else p.step_time
+    falls = _falls(human, p, begin, late, first, heights, still=still, closing=closing)
     distance = falls[-1].place
     _check_way(falls[1:], distance, turn, p)
     duration = falls[-1].strike + (rest if closing else 0.0)
     bend = turn / distance if distance > 0 else 0.0
     stances = []
     for k, fall in enumerate(falls):
-        strike = fall.strike
-        flat, heel, forefoot, off = (
-            strike + x * p.stride_time
-            for x in (p.foot_flat, p.heel_off, p.forefoot_off, p.stance_fraction)
-        )
-        following = max(k - 1, 0)  # the step that the other foot takes meanwhile
-        if following < steps:
-            heel, forefoot, off = (t + float(late[following]) for t in (heel, forefoot, off))
+        strike, following = fall.strike, max(k - 1, 0)  # the step of the other foot meanwhile
+        longer = float(late[following]) if following < steps else 0.0
+        flat, heel, forefoot, off = _walking_times(p, strike, longer)
         if still and k < 2:
             strike = flat = 0.0
             off = rest if k == 1 else begin + float(late[0]) + p.double_support
@@ -125,6 +102,43 @@ def walk_plan(
             flat = strike if k == len(falls) - 1 else flat
         stances.append(Stance(_footprint(fall, p.toe_out, bend), strike, flat, heel, forefoot, off))
     return ContactPlan(duration, tuple(stances))
+
+
+def _walking_times(p: GaitParameters, strike: float, longer: float) -> tuple[float, ...]:
+    """Return when a foot is flat and heel, forefoot and foot leave, how much later [s]."""
+    shares = p.foot_flat, p.heel_off, p.forefoot_off, p.stance_fraction
+    flat, *leaving = (strike + x * p.stride_time for x in shares)
+    return flat, *(t + longer for t in leaving)
+
+
+def _falls(
+    human: Human,
+    p: GaitParameters,
+    begin: float,
+    late: Float[Array, " n_steps"],
+    first: Side,
+    heights: Sequence[float] | None,
+    *,
+    still: bool,
+    closing: bool,
+) -> list[_Fall]:
+    """Return the feet as they are put down; the first two stand, or struck, as the walk begins."""
+    standing_width, steps = standing_distance(human), len(late)
+    sides = first, opposite(first)
+    width = standing_width if still else p.step_width
+    falls = [
+        _Fall(0.0, 0.0, sides[1], width)
+        if still
+        else _Fall(-p.step_time, -p.step_length, sides[1], width),
+        _Fall(0.0, 0.0, first, width),
+    ]
+    for k in range(steps):
+        place = (k if closing and k == steps - 1 else k + 1) * p.step_length
+        width = standing_width if closing and k >= steps - 2 else p.step_width
+        height = 0.0 if heights is None else float(heights[k])
+        strike = begin + k * p.step_time + float(late[: k + 1].sum())
+        falls.append(_Fall(strike, place, sides[(k + 1 - still) % 2], width, height))
+    return falls
 
 
 def periodic_walk_plan(human: Human, parameters: GaitParameters) -> ContactPlan:

@@ -105,26 +105,15 @@ def solve_staged(
     """
     problem, c = paper.problem, paper.guess
     judge = SparseProgram(problem, c)
-    done: list[Stage] = []
-    began, busy = clock.perf_counter(), clock.thread_time()
-
-    def note(name: str, solver: str, c: Array, *ended: Any) -> None:
-        status, success, iterations, violation, worst = ended
-        spent = clock.perf_counter() - began, clock.thread_time() - busy
-        cost = judge.objective(judge.pack(c))
-        done.append(
-            Stage(name, solver, status, success, iterations, *spent, cost, violation, worst)
-        )
-        say(done[-1].line())
+    log = _Log(judge, say)
 
     def attempt(name: str, used: Problem, c: Array) -> IpoptResult:
-        nonlocal began, busy
         best: IpoptResult | None = None
         for solver in solvers:
-            began, busy = clock.perf_counter(), clock.thread_time()
+            log.begin()
             program = SparseProgram(used, c)
             r = _try(solver, program, c, tolerance, feasibility, max_seconds, callback)
-            note(name, solver, r.c, r.status, r.success, r.iterations, r.violation, r.worst)
+            log.add(name, solver, r.c, r.status, r.success, r.iterations, r.violation, r.worst)
             if best is None or r.violation < best.violation or r.success:
                 best = r
             if r.success or r.status == "stopped":
@@ -133,28 +122,50 @@ def solve_staged(
         return best
 
     c = attempt("bounds", without_edges(problem).part(BOUNDS, costs=False), c).c
-    began, busy = clock.perf_counter(), clock.thread_time()
+    log.begin()
     rows = (*(name for name in BOUNDS if name != "forces"), *CONTACT)
     program = SparseProgram(problem.part(rows, costs=False), c)
     c, steps, left = least_squares(program, c, iterations=STEPS)
     worst = program.worst(program.pack(c))
     close = left < 1e-6
     status = "solved" if close else "nearest point"
-    note("contact", "least squares", c, status, close, steps, worst.amount, worst.sentence)
+    log.add("contact", "least squares", c, status, close, steps, worst.amount, worst.sentence)
     last = attempt("all", problem, c)
     worst = judge.worst(judge.pack(last.c))
     return StagedResult(
         c=last.c,
-        stages=tuple(done),
+        stages=tuple(log.done),
         success=last.success,
         objective=last.objective,
         violation=worst.amount,
         worst=worst.sentence,
-        iterations=sum(s.iterations for s in done),
-        seconds=sum(s.seconds for s in done),
-        cpu_seconds=sum(s.cpu_seconds for s in done),
+        iterations=sum(s.iterations for s in log.done),
+        seconds=sum(s.seconds for s in log.done),
+        cpu_seconds=sum(s.cpu_seconds for s in log.done),
         history=last.history,
     )
+
+
+class _Log:
+    """The attempts made, with the time each took."""
+
+    def __init__(self, judge: SparseProgram, say: Callable[[str], None]):
+        self.done: list[Stage] = []
+        self._judge, self._say = judge, say
+
+    def begin(self) -> None:
+        """Start the clocks of an attempt."""
+        self._began, self._busy = clock.perf_counter(), clock.thread_time()
+
+    def add(self, name: str, solver: str, c: Array, *ended: Any) -> None:
+        """Add the attempt that ended at coefficients ``c``, and say it."""
+        status, success, iterations, violation, worst = ended
+        spent = clock.perf_counter() - self._began, clock.thread_time() - self._busy
+        cost = self._judge.objective(self._judge.pack(c))
+        self.done.append(
+            Stage(name, solver, status, success, iterations, *spent, cost, violation, worst)
+        )
+        self._say(self.done[-1].line())
 
 
 def without_edges(problem: Problem) -> Problem:
