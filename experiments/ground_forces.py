@@ -31,6 +31,7 @@ from experiments.gait_forces import STANCES
 from experiments.given_ground import GROUNDS, on_ground
 from experiments.recording_ends import END_DURATION, phase_rows
 from experiments.table import ResultTable, Row, over_trials, sheet
+from plantigrade.analyze.force_tilt import MAX_TILT, force_tilt, levelled
 from plantigrade.analyze.gait_forces import ForceComparison, compare_forces
 from plantigrade.analyze.trial import Trial, analyse
 from plantigrade.arrays import Array, Float
@@ -57,8 +58,10 @@ ACTIVITIES = {
 """Movements other than walking, each judged by itself: parts of the names of recordings."""
 NOISE_MM, NOISE_DEG, NOISE_HZ = 1.0, 0.3, 5.0  # RMS of added noise [mm], [deg]; below [Hz]
 NOISY, BESIDE, GIVEN = "with noise, ", "beside one plate, ", "on given ground, "
+LEVEL = "levelled plates, "
 PREFIXES = {
     "": "",
+    LEVEL: " against plates without their tilt",
     NOISY: f", {NOISE_MM:g} mm and {NOISE_DEG:g}° of noise added",
     BESIDE: " of each foot beside the plates of the other",
     GIVEN: " on given ground, of generated walks",
@@ -75,6 +78,9 @@ NOTES = (
     "coordinate of the fitted motion; held against the plates and inverse dynamics without it.",
     "OpenGRF: what Di Pietro, Di Puccio and Modenese (2025) print of level walking of seven "
     "adults; other people and another protocol.",
+    "Against plates without their tilt: where their horizontal force over whole strides exceeds "
+    f"that of the motion by more than {100 * MAX_TILT:g} % of the weight (a tilt of "
+    f"{np.rad2deg(MAX_TILT):.1f}°), it is taken off; other recordings as above.",
     "Beside one plate: the plates of one foot are known, those of the other are withheld.",
     "Movements other than walking have rows of their own and are in no mean of a half.",
     "On given ground: walks generated there, whose forces are exact, recorded with the markers and "
@@ -129,6 +135,7 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     seconds = time.process_time() - started
     rows = [*_compared(name, alone, alone, ""), Row(name, TIME.name, seconds, TIME.unit)]
     if name in WALKS:
+        rows += _rows(name, against_level(alone), LEVEL)
         noisy = analyse(with_noise(fit, name), mass=mass, without_plates=True)
         rows += _compared(name, noisy, alone, NOISY)
         rows += _rows(name, beside_one_plate(alone), BESIDE)
@@ -143,6 +150,20 @@ def given_rows(say: Callable[[str], None] = lambda _: None) -> list[Row]:
         rows += _rows(name, on_ground(*walk), GIVEN)
         say(f"{name} done")
     return rows
+
+
+def against_level(trial: Trial) -> ForceComparison:
+    """Return an estimate against its withheld plates, without their tilt where they have one."""
+    assert trial.withheld is not None
+    human, motion, (forces, moments) = trial.fit.human, trial.motion, trial.withheld
+    assert motion.qacc is not None
+    tilt = force_tilt(motion.time, forces, moments, trial.cycles)
+    if tilt is not None and np.hypot(*tilt) > MAX_TILT:
+        forces = levelled(forces, tilt)
+        moments = inverse_dynamics(human, motion.qpos, motion.qvel, motion.qacc, forces)
+        trial = replace(trial, withheld=(forces, moments))
+    assert trial.measured is not None
+    return compare_forces(trial.record(), trial.measured, belt=_belt(trial))
 
 
 def beside_one_plate(trial: Trial) -> ForceComparison:

@@ -20,6 +20,7 @@ from plantigrade.analyze.estimated_forces import (
     support_forces,
 )
 from plantigrade.analyze.feet import FootPath, event_points, foot_path
+from plantigrade.analyze.force_tilt import force_tilt, tilt_note
 from plantigrade.analyze.gait import GaitMeasures, gait_measures
 from plantigrade.analyze.plate_forces import (
     PlateResults,
@@ -230,11 +231,14 @@ def analyse(
     notes += [*off_plate_notes(forces, ground is not None), *estimate_notes]
     if ground is None and forces is not None:
         moments = inverse_dynamics(human, *kinematics[1:], forces)
+    cycles = cut_cycles(events)
+    if forces is not None and moments is not None:
+        notes += [n for n in [tilt_note(force_tilt(fit.time, forces, moments, cycles))] if n]
     return Trial(
         fit=replace(fit, human=human),
         motion=motion,
         feet=feet,
-        cycles=cut_cycles(events),
+        cycles=cycles,
         measures=measures,
         forces=forces,
         moments=moments,

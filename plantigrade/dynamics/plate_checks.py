@@ -41,28 +41,33 @@ def needed_force(
     """
     if lift is None:
         return np.full(len(time), np.nan)
-    masses = [carried_alone(time, loading, k, touch, lift) for loading in loadings for k in (0, 1)]
+    masses = [
+        carried_alone(time, loading, loadings, k, touch, lift)
+        for loading in loadings
+        for k in (0, 1)
+    ]
     seen = [each for each in masses if np.isfinite(each)]
     largest = max(seen) if len(seen) > 1 else mass
     return lift * (np.nan if largest is None else largest)
 
 
-def carried_alone(time, loading, k, touch, lift) -> float:
-    """Return the mass that foot ``k`` carries on a plate while the other is in the air [kg]."""
+def carried_alone(time, loading, loadings, k, touch, lift) -> float:
+    """Return the mass that foot ``k`` carries on one plate while the other is in the air [kg]."""
     frames = loading.frames
     alone = (loading.owner == k) & ~touch[frames, 1 - k] & touch[frames, k] & (lift[frames] > 1.0)
+    alone &= ~_elsewhere(loading, loadings, k)
     if alone.sum() * np.median(np.diff(time)) < MIN_SINGLE_TIME:
         return float("nan")
     return float(loading.force[alone, 2].sum() / lift[frames[alone]].sum())
 
 
-def exclude_light(time, loading, touch, lift, need, excluded) -> None:
+def exclude_light(time, loading, loadings, touch, lift, need, excluded) -> None:
     """Exclude a contact with too little load in single support."""
     if lift is None:
         return
     mass = float(np.nanmedian(need / lift)) if np.isfinite(need).any() else float("nan")
     for k in (0, 1):
-        share = carried_alone(time, loading, k, touch, lift) / mass
+        share = carried_alone(time, loading, loadings, k, touch, lift) / mass
         if share < MIN_SINGLE_LOAD:
             excluded[loading.frames[loading.owner == k], k] = True
             loading.problem = loading.problem or (
@@ -116,13 +121,7 @@ def exclude_shared(time, loading, loadings, points, resting, touch, need, exclud
     shared = np.zeros(len(loading.frames), dtype=bool)
     for k in (0, 1):
         frames = loading.frames
-        elsewhere = np.isin(
-            frames,
-            np.concatenate(
-                [o.frames[o.owner == 1 - k] for o in loadings if o.plate is not loading.plate]
-                or [np.empty(0, dtype=int)]
-            ),
-        )
+        elsewhere = _elsewhere(loading, loadings, 1 - k)
         mine = (loading.owner == k) & touch[frames, 1 - k]
         if loading.plate.corners is not None:
             inside = outside_of(loading.plate.corners, points[1 - k][frames]) < -0.01
@@ -159,6 +158,12 @@ def exclude_partial(loading, plates, points, resting, excluded) -> None:
         if partly.mean() > 0.1:
             excluded[frames, k] = True
             loading.problem = loading.problem or "the foot was partly off it"
+
+
+def _elsewhere(loading, loadings, k) -> np.ndarray:
+    """Return the frames of a contact in which foot ``k`` loads another plate."""
+    others = [o.frames[o.owner == k] for o in loadings if o.plate is not loading.plate]
+    return np.isin(loading.frames, np.concatenate([*others, np.empty(0, dtype=int)]))
 
 
 def _heavy(loading, loadings) -> np.ndarray:

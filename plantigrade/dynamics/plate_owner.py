@@ -14,6 +14,9 @@ CHANGE_DISTANCE = 0.10  # [m] distance to both soles (below, above) that marks a
 MAX_FOOT_DISTANCE = 0.30  # [m] maximum distance of the centre of pressure from a foot
 MAX_CONTACT_HEIGHT = 0.03  # [m] maximum height above the ground of a sole point in contact
 MAX_CONTACT_SPEED = 0.35  # [m/s] maximum speed relative to the ground of a sole point in contact
+MIN_ALONE_TIME = (
+    0.06  # [s] minimum time for which a foot carries load on the plate of the other one
+)
 MAX_UNLOADED_REST = 0.10  # [s] maximum rest of a foot before and after its plate is loaded
 UNMEASURED_MARGIN = 0.05  # [s] possible load of an unmeasured foot before and after its rest
 
@@ -65,7 +68,9 @@ def distance(sole: np.ndarray, cop: np.ndarray) -> np.ndarray:
     return np.linalg.norm(c - a - along[..., None] * edge, axis=-1).min(axis=1)
 
 
-def find_owner(loading: PlateLoading, points: list[np.ndarray], touch: np.ndarray) -> None:
+def find_owner(
+    time: np.ndarray, loading: PlateLoading, points: list[np.ndarray], touch: np.ndarray
+) -> None:
     """Assign the foot at the centre of pressure, frame by frame if it changes."""
     frames = loading.frames
     if loading.plate.side in SIDES:
@@ -94,6 +99,29 @@ def find_owner(loading: PlateLoading, points: list[np.ndarray], touch: np.ndarra
     elif not typical[best] < MAX_FOOT_DISTANCE:
         loading.owner[:] = -1
         loading.problem = "no foot was at the centre of pressure"
+    else:
+        _give_to_other(time, loading, best, far, touch)
+
+
+def _give_to_other(
+    time: np.ndarray, loading: PlateLoading, best: int, far: np.ndarray, touch: np.ndarray
+) -> None:
+    """Give to the other foot what it carries alone on the plate of a foot that left.
+
+    It stands across the gap between two plates, as on a treadmill with two belts. While both feet
+    stood, each carried an unknown part, and these frames belong to none.
+    """
+    other, stands = 1 - best, touch[loading.frames]
+    alone = stands[:, other] & ~stands[:, best]
+    alone &= (far[:, other] < MAX_SOLE_DISTANCE) & (far[:, best] > MAX_SOLE_DISTANCE)
+    alone = longer(time[loading.frames], alone, MIN_ALONE_TIME)
+    if not alone.any():
+        return
+    for run in runs(stands[:, other]):
+        if alone[run].any():
+            loading.owner[run] = -1
+            loading.problem = "both feet were on it"
+    loading.owner[alone] = other
 
 
 def _weighted_median(values, weights) -> float:

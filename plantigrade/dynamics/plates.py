@@ -140,14 +140,14 @@ def assign_plates(
     rests = (longer(frame_time, resting[k].any(axis=1), MIN_REST_TIME) for k in (0, 1))
     touch = np.stack(list(rests), axis=1)
     for loading in loadings:
-        find_owner(loading, points, touch)
+        find_owner(frame_time, loading, points, touch)
     excluded = np.zeros((n, 2), dtype=bool)
     need = needed_force(frame_time, loadings, touch, lift, mass)
     for each in loadings:
         exclude_shared(frame_time, each, loadings, points, resting, touch, need, excluded)
         exclude_partial(each, plates, points, resting, excluded)
         leave_out_far(frame_time, each, loadings, points, touch, excluded)
-        exclude_light(frame_time, each, touch, lift, need, excluded)
+        exclude_light(frame_time, each, loadings, touch, lift, need, excluded)
     force, point, torque, measured = _sums(n, loadings, excluded)
     unmeasured = unmeasured_frames(frame_time, touch, measured)
     seen = seen_frames(plates, frame_time)

@@ -200,6 +200,33 @@ def test_treadmill_with_two_belts():
     np.testing.assert_allclose(f.point[r, 0], expected.cop[r], atol=3e-3)
 
 
+def test_a_foot_across_two_belts_has_what_both_carry():
+    t, soles = walk(belt=SPEED)
+    across = soles["l"] - [0.0, 0.1, 0.0]  # the left foot lands on the gap
+    soles = {"r": soles["r"], "l": across}
+    steps = []
+    for side, k, y in (("r", 1, -0.1), ("l", 1, 0.0)):
+        start, stop, (x, *_) = stance(side, k)
+        steps.append(reaction(PLATE_TIME, start, stop, (x - SPEED * start, y, 0.0), -SPEED))
+    right, left = steps
+    part = replace(left, force=0.15 * left.force, free_moment=0.15 * left.free_moment)
+    rest = replace(left, force=0.85 * left.force, free_moment=0.85 * left.free_moment)
+    plates = (
+        replace(both(right, part), corners=square(-1.5, 1.5, -0.5, 0.0)),
+        replace(rest, name="2", corners=square(-1.5, 1.5, 0.0, 0.5)),
+    )
+    f = assign_plates(plates, t, soles)
+    off, down = stance("r", 1)[1], stance("r", 2)[0]
+    alone = (t > off + 0.05) & (t < min(down, stance("l", 1)[1]) - 0.1)
+    true = reaction(t, *stance("l", 1)[:2], (0.0, 0.0, 0.0), -SPEED)
+    assert alone.sum() > 10
+    assert (f.force[alone, 0] == 0.0).all()
+    np.testing.assert_allclose(f.force[alone, 1], true.force[alone], atol=5)
+    assert f.valid[alone].all()
+    shared = (t > stance("l", 1)[0] + 0.03) & (t < off - 0.03)
+    assert shared.any() and not f.valid_side[shared].any()
+
+
 def test_an_empty_plate():
     t, soles = walk()
     plate = reaction(PLATE_TIME, 1.1, 1.76, (5.0, 1.0, 0.0))
