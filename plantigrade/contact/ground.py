@@ -53,6 +53,8 @@ class Seat:
     friction: float | None = None  #: Coefficient of friction; the ground's if None
     #: Name of the board that carries it, drawn as one; level seats of a height share one if empty
     board: str = ""
+    #: Stiffness of its cushion and the flesh on it in a simulation [N/m]; hard if None
+    stiffness: float | None = None
 
 
 @dataclass(frozen=True)
@@ -311,6 +313,7 @@ class Ground:
                     _numbers(s.get("normal", UP), 3),
                     None if s.get("friction") is None else float(s["friction"]),
                     str(s.get("board", "")),
+                    None if s.get("stiffness") is None else float(s["stiffness"]),
                 )
                 for s in d.get("seats", ())
             )

@@ -47,16 +47,27 @@ def soften_soles(model: mujoco.MjModel, human: Human, settings: SoleSettings) ->
         settings: Stiffness and damping.
     """
     sites = contact_sites(human)
-    step, per_foot = model.opt.timestep, len(sites) / len(SIDES)
-    stiffness = settings.stiffness * human.mass * GRAVITY / per_foot
-    damping = settings.damping_time * stiffness
-    inertia = stiffness * step**2 + damping * step
+    stiffness = settings.stiffness * human.mass * GRAVITY * len(SIDES) / len(sites)
     for site in sites:
-        geom = model.geom(GEOM_PREFIX + site.name)
-        ratio = float(model.body_invweight0[geom.bodyid[0], 0]) * inertia
-        impedance = ratio / (1.0 + ratio)
-        unit = impedance / inertia
-        geom.solref[:] = -unit * stiffness, -unit * (damping + step * stiffness)
-        geom.solimp[:] = impedance, impedance, IMPEDANCE_WIDTH, 0.5, 2.0
-        geom.solmix[:] = SOLE_SHARE
+        soften(model, site.name, stiffness, settings.damping_time)
     model.opt.impratio = settings.friction_ratio
+
+
+def soften(model: mujoco.MjModel, site: str, stiffness: float, damping_time: float) -> None:
+    """Let the sphere of a contact site yield like a spring and a damper.
+
+    Args:
+        model: The model, with its time step; changed.
+        site: Name of the site.
+        stiffness: Stiffness of the spring [N/m].
+        damping_time: Damping by stiffness [s].
+    """
+    step, damping = model.opt.timestep, damping_time * stiffness
+    inertia = stiffness * step**2 + damping * step
+    geom = model.geom(GEOM_PREFIX + site)
+    ratio = float(model.body_invweight0[geom.bodyid[0], 0]) * inertia
+    impedance = ratio / (1.0 + ratio)
+    unit = impedance / inertia
+    geom.solref[:] = -unit * stiffness, -unit * (damping + step * stiffness)
+    geom.solimp[:] = impedance, impedance, IMPEDANCE_WIDTH, 0.5, 2.0
+    geom.solmix[:] = SOLE_SHARE

@@ -32,6 +32,7 @@ from plantigrade.record.metrics import METRICS
 from plantigrade.record.provenance import source_files
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.fit import provenance as fit_provenance
+from plantigrade.workflows.recorded_seat import with_ischia
 from plantigrade.workflows.settings import OF_RECORDINGS
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.steps import Step
@@ -217,6 +218,7 @@ def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Sta
             f"the motion starts {sunk:.2f} m below its ground; give a run whose feet are on it"
         )
     _require_feet_and_seats(record)
+    record = with_ischia(record)
     files = {} if folder is None else source_files([folder / METRICS])
     return Start(
         record.human,
@@ -244,7 +246,7 @@ def _scripted(word: str, how: SimulateSettings, command: str) -> Start:
 
 def _of_trial(name: str, trial: Trial, origin: Provenance) -> Start:
     """Return the start from a recording; notes say what makes it doubtful."""
-    record = trial.record()
+    record = with_ischia(trial.record())
     record = replace(record, notes=(*Plausibility.of(trial).notes, *record.notes))
     sites = _carriers(record)
     stem = Path(name).stem

@@ -12,7 +12,7 @@ import numpy as np
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.scene import scene_xml
 from plantigrade.contact.site import ContactSite
-from plantigrade.contact.sole import SoleSettings, soften_soles
+from plantigrade.contact.sole import SoleSettings, soften, soften_soles
 from plantigrade.models import Human
 from plantigrade.models.mjcf import read_mjcf
 
@@ -64,7 +64,11 @@ def world_model(
     if model.nv > own:  # heavy bodies must not scale the solver's tolerance
         model.stat.meaninertia = float(np.mean(model.dof_M0[:own]))
     model.opt.timestep = step
-    soften_soles(model, human, sole or SoleSettings())
+    sole = sole or SoleSettings()
+    soften_soles(model, human, sole)
+    for seat in ground.seats:
+        if seat.stiffness is not None:
+            soften(model, seat.site, seat.stiffness, sole.damping_time)
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_EULER
     # Sparse Jacobians are 25 % faster than dense ones in walking and up to 10 % slower in standing
     # on 14 spheres. (MuJoCo 4.0.0 has a bug with sparse Jacobians; the package excludes it.)

@@ -1,12 +1,13 @@
 """Soles yield as springs and dampers, whatever the rate of the physics."""
 
+import mujoco
 import numpy as np
 import pytest
 
 from plantigrade.constants import GRAVITY
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
-from plantigrade.contact.sole import SoleSettings
+from plantigrade.contact.sole import SoleSettings, soften
 from plantigrade.control import Posture
 from plantigrade.models import Human
 from plantigrade.world import World, standing_on
@@ -43,3 +44,16 @@ def test_a_fall_on_straight_legs_strikes_alike_at_every_rate():
     coarse, fine = (landed(human, rate, 0.01, 0.1)[1] for rate in RATES)
     assert coarse == pytest.approx(fine, rel=0.1)
     assert 2.0 < fine < 6.0
+
+
+def test_a_softened_site_sinks_in_by_its_load():
+    """A ball of 10 kg on a cushion of 5 kN/m."""
+    model = mujoco.MjModel.from_xml_string(
+        "<mujoco><worldbody><geom type='plane' size='1 1 1'/><body pos='0 0 .05'><freejoint/>"
+        "<geom name='contact_ball' size='.05' mass='10'/></body></worldbody></mujoco>"
+    )
+    model.opt.timestep = 0.002
+    soften(model, "ball", 5000.0, 0.01)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, 1000)
+    assert 0.05 - data.qpos[2] == pytest.approx(10.0 * GRAVITY / 5000.0, rel=0.01)

@@ -32,6 +32,12 @@ class LoadSettings:
     that were held down until they were 20 mm up rose late, and the stance leg was straight before
     (knee moment r .64, now .79); 10 mm is worse, both on the calibration half of ``experiment
     human-likeness``."""
+    max_rest_speed: float = 0.1
+    """Speed below which a sphere near the ground is at rest, whatever its height [m/s]: soles of
+    shoes are not flat, and with the load of standing feet on their lowest spheres alone, the toes,
+    recorded sit-to-stands fell backward. Chosen."""
+    min_rest_time: float = 1.0
+    """Time for which it then is at rest [s]; soles of a walk are for less than .6 s. Chosen."""
     min_unknown_load: float = 0.2
     """Least load shared by touching feet of which nothing is known [body weights]. Chosen (±20 %:
     not met)."""
@@ -82,7 +88,8 @@ def site_loads(
         min_duration: Least duration of a stance [s].
     """
     load = np.maximum(force @ record.ground.normal, 0.0)
-    if load.any():
+    on_foot = np.array([bool(s.side) for s in sites])
+    if load[:, on_foot].any():
         return load
     height, weight = kinematics.contact_height, record.weight
     own = [np.array([s.side == side for s in sites]) for side in SIDES]
@@ -90,12 +97,16 @@ def site_loads(
     feet = np.stack([foot_load(record, side, len(load), step) for side in SIDES], axis=1)
     touches = np.stack([near[:, mine].any(axis=1) for mine in own], axis=1)
     unknown = np.isnan(feet)
-    rest = weight - np.nansum(feet, axis=1)
+    seat = load[:, ~on_foot].sum(axis=1)
+    rest = weight - np.nansum(feet, axis=1) - seat
     share = np.maximum(rest, settings.min_unknown_load * weight)
     carried = transferred(touches) * (unknown & touches)
     carried /= np.maximum(carried.sum(axis=1, keepdims=True), 1e-9)
     feet = np.where(unknown, carried * share[:, None], np.nan_to_num(feet))
-    feet[feet < settings.min_foot_load * weight] = 0.0
+    least = settings.min_foot_load * weight
+    rests = touches & (seat > 0.0)[:, None]  # in sitting, feet may bear next to nothing
+    feet = np.where(rests, np.maximum(feet, least), feet)
+    feet[feet < least] = 0.0
     for i, side in enumerate(SIDES):
         if record.has_forces and not record.foot(side).measured.any():
             low = height[:, own[i]].min(axis=1)
@@ -104,6 +115,7 @@ def site_loads(
     for i, mine in enumerate(own):
         low = height[:, mine]
         lowest = low <= low.min(axis=1)[:, None] + settings.max_height_difference
+        lowest |= _resting(low, kinematics.contact_speed[:, mine], step, settings)
         part = lowest / lowest.sum(axis=1, keepdims=True)
         load[:, mine] = part * feet[:, i : i + 1]
     return load
@@ -144,6 +156,17 @@ def foot_load(record: Record, side: str, n: int, step: float) -> Float[Array, " 
     found = np.interp(time, motion.time, np.maximum(np.nan_to_num(load), 0.0))
     found[np.interp(time, motion.time, known.astype(float)) < 0.999] = np.nan
     return found
+
+
+def _resting(
+    height: Float[Array, "n k"], speed: Float[Array, "n k"], step: float, settings: LoadSettings
+) -> Bool[Array, "n k"]:
+    """Return which spheres near the ground [m] are at rest for longer than those of a walk."""
+    rests = (height < settings.max_height) & (speed < settings.max_rest_speed)
+    for own in rests.T:
+        for run in runs(own):
+            own[run] = (run.stop - run.start) * step >= settings.min_rest_time
+    return rests
 
 
 def _near(height: Array, speed: Array, own: Sequence[Array], settings: LoadSettings) -> Array:

@@ -138,6 +138,8 @@ def reference_of(
     swept = Kinematics.of(record, sites, qpos, qvel, STEP)
     shortest = settings.schedule.min_duration
     load = site_loads(record, sites, swept, force, STEP, settings.load, shortest)
+    if not force[:, [bool(s.side) for s in sites]].any():
+        force = np.zeros_like(force)  # the force of a seat alone does not accelerate the body
     if not periodic:
         _set_down(sites, load, weight)
     if record.ground.steps:

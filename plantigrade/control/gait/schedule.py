@@ -75,6 +75,21 @@ class StanceSchedule:
                 return self.number(j, cycle), phase + s.start - time
         return None
 
+    def near(self, side: str, phase: float, within: float) -> float | None:
+        """Return the phase nearest to a phase at which a side is in stance.
+
+        Args:
+            within: How far it may be [s].
+
+        Returns:
+            The phase; None if there is none as near as that, in this period.
+        """
+        _, now = self.cycle(phase)
+        spans = [(s.start, s.stop) for s in self.stances if s.side == side]
+        found = [min(max(now + self.first, a), b) - self.first - now for a, b in spans]
+        shift = min(found, key=abs, default=np.inf)
+        return phase + shift if abs(shift) <= within else None
+
     def stop(self, number: int, phase: float) -> float:
         """Return when a stance ends, by its number, on the clock of the phase [s]."""
         own, shift = self._found(number, phase)

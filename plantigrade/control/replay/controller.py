@@ -1,6 +1,6 @@
 """The controller that carries out a motion: reference, planner, whole-body program, world."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import sqrt
 
 import numpy as np
@@ -98,7 +98,8 @@ class Replay(Controller):
         body = self.body = self.body.moved_to(state.qpos, state.qvel)
         feet = body.position(self.feet)
         low = body.position(self.points) - self.radius * self.normal
-        load = world.contacts.group_loads(world.data, self.side_of, self.normal)[:SEAT]
+        loads = world.contacts.group_loads(world.data, self.side_of, self.normal)
+        load, sits = loads[:SEAT], bool(loads[SEAT:].sum() > 0.0)
         ref = reference.at(gait.phase)
         height = low @ self.normal - self.ground.under(low)
         height[self.of_side[SEAT]] = 0.0
@@ -114,7 +115,7 @@ class Replay(Controller):
         else:
             footsteps.return_to_path(body, ref, step)
             plan = footsteps.plan(body, ref, feet, step)
-        if footsteps.seat_load <= 0.0 or self.recovery.waiting:
+        if self.recovery.waiting or not (sits or footsteps.seat_load > 0.0):
             own = [self.of_side[i] for i in (0, 1)]
             self.recovery.update(
                 state.time,
@@ -180,7 +181,8 @@ class Replay(Controller):
             self.settings.path,
             self.settings.reference.edges,
         )
-        self.recovery = RecoverySteps(self.gait, self.leg, self.settings.recovery)
+        seat = self.of_side[SEAT]
+        self.recovery = RecoverySteps(self.gait, self.leg, seat, self.settings.recovery)
         self.off = np.zeros(2)
 
     def _begin(self, state: State) -> None:
@@ -217,7 +219,10 @@ class Replay(Controller):
             self.recovery.lowering,
             self.settings.recovery.step.support_margin,
         )
-        rows: list[Rows | PointRows] = [tasks.com.rows(body, acceleration=acceleration)]
+        balance = tasks.com.rows(body, acceleration=acceleration)
+        # Sitting, a person follows the motion; only the feet need to be kept under the body.
+        stands = 1.0 - self.footsteps.seat_load
+        rows: list[Rows | PointRows] = [replace(balance, weight=stands**2 * balance.weight)]
         hanging = self.side_of[on & (gap > self.settings.gait.contact.max_planned_height)]
         rows += self._foot_rows(body, ref, rate, feet, hanging, state.time)
         if held.any():

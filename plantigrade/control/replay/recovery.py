@@ -11,7 +11,7 @@ from math import exp
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, Int
 from plantigrade.control.gait.pendulum_state import PendulumState
 from plantigrade.control.gait.phase import Foot, Gait, Touchdown
 from plantigrade.control.gait.step import StepPlanner, StepSettings
@@ -30,7 +30,11 @@ class WaitingSettings:
     """Steps; farther back than in balance, for the heel of the leg behind may rise."""
     swing: SwingSettings = SwingSettings()
     min_stance_time: float = 0.4
-    """Time until the motion's next lift-off from which it has no step of its own [s]. Chosen."""
+    """Time until the motion's next lift-off, or until it sits, from which it has no support of its
+    own to come [s]. Chosen."""
+    seat_time: float = 1.0
+    """Time before and after sitting for which the seat supports the capture point, because a person
+    who falls towards it sits down [s]. Chosen."""
     rest_time: float = 0.2
     """Time for which they do before the motion goes on [s]. Chosen."""
     rise_time: float = TaskSettings.rise_time
@@ -42,6 +46,7 @@ class RecoverySteps:
 
     Args:
         leg_length: Length of the leg [m].
+        seat: Contact spheres that a seat bears.
 
     Attributes:
         waiting: Whether the motion waits.
@@ -50,8 +55,14 @@ class RecoverySteps:
         lowering: Lowering of the body for legs to reach feet that are far apart [m].
     """
 
-    def __init__(self, gait: Gait, leg_length: float, settings: WaitingSettings | None = None):
-        self.gait, self.leg_length = gait, leg_length
+    def __init__(
+        self,
+        gait: Gait,
+        leg_length: float,
+        seat: Int[Array, " _"],
+        settings: WaitingSettings | None = None,
+    ):
+        self.gait, self.leg_length, self.seat = gait, leg_length, seat
         self.settings = settings or WaitingSettings()
         self.planner = StepPlanner(leg_length, self.settings.step)
         self.waiting, self.steps = False, 0
@@ -100,6 +111,7 @@ class RecoverySteps:
             reach = self.gait.settings.contact.max_planned_height
             touching = [bool((height < reach).any()) for height in heights]
             support = [p[height < reach] for p, height in zip(low, heights, strict=True)]
+            support.append(self._near_seat())
             outside = beyond(np.concatenate(support)[:, :2], now.capture_point)
             rested = time - self._last_touchdown > steps.load_transfer_duration
             if outside > steps.capture_threshold and recovers and rested:
@@ -123,15 +135,26 @@ class RecoverySteps:
         limits = steps.min_pendulum_height, steps.support_margin
         return PendulumState.of(body, ground, low, feet, heading, *limits)
 
-    def _motion_stands(self) -> bool:
-        """Return whether both feet are in stance, and the motion lifts none of them soon."""
+    def _near_seat(self) -> Float[Array, "_ 3"]:
+        """Return the ischia on the seat, onto which one may fall soon before or after sitting."""
         gait = self.gait
-        stops = [
-            gait.reference.schedule.stance(foot.stance, gait.phase).stop - gait.phase
+        sits = gait.reference.schedule.near("", gait.phase, self.settings.seat_time)
+        if sits is None:
+            return np.empty((0, 3))
+        return gait.reference.at(sits).contact_position[self.seat]
+
+    def _motion_stands(self) -> bool:
+        """Return whether both feet are in stance, and none is lifted nor a seat reached soon."""
+        gait = self.gait
+        schedule = gait.reference.schedule
+        ends = [
+            schedule.stance(foot.stance, gait.phase).stop
             for foot in gait.feet
             if foot.in_stance and foot.stance is not None
         ]
-        return len(stops) == len(gait.feet) and min(stops) > self.settings.min_stance_time
+        sits = schedule.after("", gait.phase)
+        until = min([*ends, np.inf if sits is None else sits[1]]) - gait.phase
+        return len(ends) == len(gait.feet) and until > self.settings.min_stance_time
 
     def _lift_off(self, time: float, now: PendulumState, touching: Sequence[bool]) -> None:
         """Begin a step with the better foot.
