@@ -37,6 +37,10 @@ class JointVelocitySettings:
 
     max_velocity: float = 6.6
     """Greatest velocity [rad/s]."""
+    time: float = 0.055
+    """Time in which the velocity is reached [s], the stiffness being that of the pelvis, whose time
+    is 0.05 s: damping is 0.91 of the critical one. With 0.05 s the median error of the peak of the
+    ankle moment was 20 %, now 16 %, on the calibration half of ``experiment human-likeness``."""
     swing_toe_factor: float = 2.0
     """Factor of gain and rate within a foot that swings: its toes are needed again soon. It stands
     for the constants of joints of [Tsai2010]_, whose table the printed text lacks."""
@@ -181,8 +185,9 @@ class WalkingTasks:
         error = root_error(ref.q[3:7], body.qpos[3:7])
         gain, time = critically_damped(own.weights.joint_stiffness)
         desired[3:6] = (desired[3:6] + gain * error) / time
+        gain = joints.time * own.weights.joint_stiffness
         velocity = joints.limited(gain * (ref.q[7:] - body.qpos[7:]))
-        desired[6:] = (desired[6:] + factor * velocity) * (factor / time)
+        desired[6:] = (desired[6:] + factor * velocity) * (factor / joints.time)
         desired += rate**2 * ref.a
         desired[:3] = 0.0
         return desired
