@@ -16,7 +16,7 @@ from plantigrade.errors import ReproduceError
 from plantigrade.kinematics.textbook_recording import recorded
 from plantigrade.kinematics.textbook_walk import TextbookWalk
 from plantigrade.motion.filters import lowpass
-from plantigrade.motion.resample import interpolate
+from plantigrade.motion.motion import interpolate
 from plantigrade.record import Record
 from plantigrade.trajopt.tasks.settings import Walk
 from plantigrade.workflows.fit import fit_recording

@@ -14,7 +14,7 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
 from plantigrade.learn import Policy, PolicyController
-from plantigrade.learn.policy_files import file_of, shipped
+from plantigrade.learn.policy import file_of, shipped
 from plantigrade.motion.filters import lowpass
 from plantigrade.options import is_policy
 from plantigrade.record import Record

@@ -17,7 +17,7 @@ from plantigrade.control.choices import CONTROLLERS, Situation, controller_named
 from plantigrade.control.pendulum import walk_of
 from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.learn.controller import PolicyController, load_controller
-from plantigrade.learn.policy_files import shipped
+from plantigrade.learn.policy import shipped
 from plantigrade.options import LEARNED, assignments, is_policy, shown
 from plantigrade.record import Record
 from plantigrade.world import AnyController, Controller, controller_from

@@ -26,7 +26,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.spatial.vectors import unit_vectors
+from plantigrade.spatial.conventions import unit_vectors
 
 Paths = Mapping[str, Float[Array, "n_frames 3"]]
 """Landmark, without side → path of its marker [m]; NaN while hidden."""

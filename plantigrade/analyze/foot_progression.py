@@ -11,8 +11,7 @@ from plantigrade.models.landmarks import attachments
 from plantigrade.models.markers import landmarks_of
 from plantigrade.motion.cycles import PERCENT, cut_cycles, frames_near, normalise_cycles
 from plantigrade.record import Record
-from plantigrade.spatial.conventions import rotation_matrix
-from plantigrade.spatial.vectors import nearest_right_angle, unit_vectors
+from plantigrade.spatial.conventions import nearest_right_angle, rotation_matrix, unit_vectors
 
 MARKS = ("heel", "metatarsal_1_head", "metatarsal_5_head")
 MIN_DISPLACEMENT = 0.3

@@ -15,8 +15,8 @@ from plantigrade.analyze.statistics import compare_curves, known_mean
 from plantigrade.arrays import Array, Bool, Float, root_mean_square
 from plantigrade.constants import SIDES
 from plantigrade.motion.filters import runs
+from plantigrade.motion.motion import interpolate
 from plantigrade.motion.recording import even_clock
-from plantigrade.motion.resample import interpolate
 from plantigrade.record import Record
 
 STANCE_LOAD = 0.05  # [body weights] minimum measured vertical force of a foot in stance

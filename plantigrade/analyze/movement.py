@@ -15,7 +15,7 @@ from plantigrade.constants import SIDES
 from plantigrade.dynamics.centroid import Centroid, centroid
 from plantigrade.motion.cycles import cut_cycles
 from plantigrade.motion.filters import runs
-from plantigrade.motion.resample import interpolate
+from plantigrade.motion.motion import interpolate
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import rotation_matrix
 

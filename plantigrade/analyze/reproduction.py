@@ -24,7 +24,7 @@ from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise
-from plantigrade.motion.resample import interpolate
+from plantigrade.motion.motion import interpolate
 from plantigrade.ordered_tasks.phases import Phase
 from plantigrade.record import Record
 from plantigrade.side_names import split_side

@@ -1,4 +1,4 @@
-"""Contact sites of hands, knees and seat, which rest on a floor, an armrest, a wall or a rail."""
+"""Contact sites of hands, knees and seat, which rest on a floor, a chair, a wall or a rail."""
 
 from dataclasses import replace
 
@@ -6,8 +6,7 @@ import numpy as np
 
 from plantigrade.bounds import word
 from plantigrade.constants import SIDES
-from plantigrade.contact.seat import seat_sites
-from plantigrade.contact.site import ContactSite, Point, foot_sites
+from plantigrade.contact.site import CHAIR_PART, ContactSite, Point, foot_sites
 from plantigrade.models import Human
 
 REFERENCE_HEIGHT = 1.75  # [m] stature of the person whom the following length belongs to
@@ -23,6 +22,13 @@ SUPPORTED_PARTS = tuple(
     f"{part}_{side}" for part in (HAND_PART, KNEE_PART, "seat", TOES_PART) for side in SIDES
 )
 """Parts of the body that a support of a task may carry, besides feet."""
+SEATED_PELVIS_TILT = float(np.deg2rad(15.0))
+"""Posterior tilt of the pelvis in upright sitting [rad]. Estimate."""
+HIP_ABOVE_SEAT = 0.055
+"""Height of the hip joint above the seat, relative to stature [1]; 10 cm. Estimate."""
+ISCHIAL_DISTANCE = 0.068
+"""Distance between the ischial contacts, relative to stature [1]; 12 cm. Estimate."""
+ISCHIAL_RADIUS = 0.025  # Radius of an ischial contact sphere, relative to stature [1]. Estimate.
 
 
 def palm(human: Human, side: str) -> Point:
@@ -59,3 +65,20 @@ def limb_site(human: Human, part: str, *, on_ground: bool = False) -> ContactSit
         forearm = next(b for b in human.skeleton.bodies if b.name == wrist)
         position += [float(forearm.solids[-1].radius), 0.0, 0.0]
     return ContactSite(body=point.body, position=position, name=part, part=HAND_PART)
+
+
+def seat_sites(human: Human) -> tuple[ContactSite, ...]:
+    """Return the two ischial contact sites."""
+    hip = human.model.body_pos[human.body("femur_r")]
+    radius = ISCHIAL_RADIUS * human.height
+    drop = HIP_ABOVE_SEAT * human.height - radius
+    # vertically below the hip joints with the pelvis tilted as in sitting
+    x = hip[0] - drop * np.sin(SEATED_PELVIS_TILT)
+    z = hip[2] - drop * np.cos(SEATED_PELVIS_TILT)
+    half = ISCHIAL_DISTANCE * human.height / 2
+    return tuple(
+        ContactSite(
+            body="pelvis", position=(x, y, z), radius=radius, name=f"seat_{side}", part=CHAIR_PART
+        )
+        for side, y in (("r", -half), ("l", half))
+    )

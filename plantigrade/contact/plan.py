@@ -15,6 +15,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
+from plantigrade.motion.recording import GaitEvent
 from plantigrade.side_names import opposite
 
 TIME_TOLERANCE = 1e-7  #: Times closer than this are equal [s]
@@ -273,3 +274,50 @@ class ContactPlan:
             ):
                 return s.footprint
         return None
+
+
+def path_heading(plan: ContactPlan, times: Float[Array, " n_times"]) -> Float[Array, " n_times"]:
+    """Return the heading of the way at times [s], left positive [rad].
+
+    In the middle of a double support it is the mean of both footprints, so that toes that point
+    outwards cancel; in between it changes evenly. Without footprints of both feet it is zero.
+    """
+    when, heading = [], []
+    stances = sorted(plan.stances, key=lambda s: s.heel_strike)
+    for one, two in zip(stances[:-1], stances[1:], strict=True):
+        if one.footprint.side != two.footprint.side:
+            when.append((two.heel_strike + one.toe_off) / 2)
+            heading.append((one.footprint.heading + two.footprint.heading) / 2)
+    if not when:
+        return np.zeros(len(times))
+    order = np.argsort(when)
+    return np.interp(times, np.array(when)[order], np.array(heading)[order])
+
+
+def alternates(plan: ContactPlan) -> bool:
+    """Return whether the feet step alternately, as strides require."""
+    strikes = sorted(
+        (s.heel_strike, s.footprint.side)
+        for s in plan.unrolled()
+        if plan.periodic or s.heel_strike > 0
+    )
+    later = TIME_TOLERANCE  # feet that land together do not step
+    return len(strikes) > 1 and all(
+        a[1] != b[1] and b[0] - a[0] > later for a, b in pairwise(strikes)
+    )
+
+
+def gait_events(plan: ContactPlan, end: float) -> tuple[GaitEvent, ...]:
+    """Return heel strikes and toe-offs from the start of a plan to ``end`` [s], by time.
+
+    In a plan without repetition, a foot that stands from the start has no heel strike.
+    """
+    periods = 0 if not plan.periodic else round(end / plan.duration) + 2
+    edge = 10 * TIME_TOLERANCE if plan.periodic else -10 * TIME_TOLERANCE
+    events = [
+        GaitEvent(min(max(time, 0.0), end), s.footprint.side, kind)
+        for s in plan.unrolled(after=periods)
+        for time, kind in ((s.heel_strike, "heel_strike"), (s.toe_off, "toe_off"))
+        if -edge < time < end + edge
+    ]
+    return tuple(sorted(events, key=lambda e: e.time))

@@ -13,6 +13,7 @@ leaves them out, and :func:`motor_forces` adds what the motors of the scene need
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import combinations
 from xml.etree import ElementTree as ET
 
@@ -21,8 +22,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
-from plantigrade.contact.scene_object import SceneObject
 from plantigrade.contact.site import GEOM_PREFIX, ContactSite, contact_sites
+from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.models.mjcf import numbers
 from plantigrade.spatial.conventions import surface_axes
@@ -39,6 +40,25 @@ BOARD_HALF_SIZES = (0.12, 0.04, 0.015)
 _STIFF = {"solref": "0.005 1", "condim": "3"}
 _CORES = {"group": "4", "contype": "2", "conaffinity": "2", "friction": "0.3 0.005 0.0001"}
 _WOOD, _FLOOR = "0.72 0.60 0.45 1", "0.92 0.92 0.90 1"
+SHAPES = ("box", "capsule")
+"""Shapes of scene objects, with MuJoCo's names."""
+
+
+@dataclass(frozen=True)
+class SceneObject:
+    """An object of simple shape."""
+
+    name: str  #: Name of the object
+    kind: str  #: One of :data:`SHAPES`
+    #: Half edges of a box; radius and half length of a capsule along z, then zero [m]
+    size: tuple[float, float, float]
+
+    def __post_init__(self):
+        """Raise for an invalid shape."""
+        if self.kind not in SHAPES:
+            raise ParameterError(f"a scene object is one of {', '.join(SHAPES)}, not {self.kind!r}")
+        if min(self.size) < 0.0 or self.size[0] <= 0.0:
+            raise ParameterError(f"sizes of a scene object must not be negative: {self.size}")
 
 
 def scene_xml(

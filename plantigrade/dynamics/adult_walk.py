@@ -19,7 +19,7 @@ from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.textbook_walk import ADULT_SPREAD, TextbookWalk, textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion.blends import cubic_rise
-from plantigrade.motion.resample import interpolate
+from plantigrade.motion.motion import interpolate
 
 CUTOFF = 6.0  # [Hz] low-pass of the motion, usual for walking (Winter 2009)
 HARMONICS = 6  # harmonics of the stride in the path of the pelvis

@@ -21,7 +21,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.contact.intervals import ContactInterval, grouped
-from plantigrade.contact.seat import ISCHIAL_DISTANCE, SEATED_PELVIS_TILT, seat_sites
+from plantigrade.contact.limb_sites import ISCHIAL_DISTANCE, SEATED_PELVIS_TILT, seat_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.load_intervals import (
     EARLY_LOAD,

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.motion.filters import lowpass
+from plantigrade.motion.motion import interpolate
 from plantigrade.motion.plate_events import contact_events
 from plantigrade.motion.recording import ForcePlate, rate_of
-from plantigrade.motion.resample import interpolate
 
 
 @dataclass

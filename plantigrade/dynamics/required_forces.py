@@ -17,8 +17,7 @@ from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 from plantigrade.motion.recording import even_clock
-from plantigrade.spatial.conventions import rotation_matrix
-from plantigrade.spatial.vectors import unit_vectors
+from plantigrade.spatial.conventions import rotation_matrix, unit_vectors
 
 # [1] reduction of the sole's limits per height above MAX_SOLE_HEIGHT. Chosen
 HEIGHT_REDUCTION = 4.0

@@ -11,8 +11,7 @@ from plantigrade.charts import theme
 from plantigrade.constants import SIDES
 from plantigrade.exchange.bones import Bone, bone_poses, bones_of
 from plantigrade.exchange.clock import require_rate
-from plantigrade.exchange.dressed import COLOURS, dressed_surfaces
-from plantigrade.exchange.gltf import Y_UP, Document, Surface, surface, together
+from plantigrade.exchange.gltf import Y_UP, Document, Surface, normals_of, surface, together
 from plantigrade.io.writing import write_bytes
 from plantigrade.models import Human
 from plantigrade.pages.run_pages import title_of_run
@@ -20,6 +19,8 @@ from plantigrade.pages.scene import VIEW_RATE, Scene, build_scene
 from plantigrade.pages.shapes import Shape, mesh_of, rgb
 from plantigrade.record import Run
 from plantigrade.skin import Skin
+from plantigrade.skin.dressed import dressed_mesh
+from plantigrade.skin.surface import weights_in_255ths
 from plantigrade.spatial.conventions import rotation_matrix
 
 N_SIDES = 16
@@ -30,6 +31,17 @@ RIGID_TOLERANCE = 1e-5  #: Change of a pose [m, 1] below which two bones keep th
 MIN_SIZE = 1e-4
 """Scale of an arrow without force: zero would leave it no direction."""
 FLOOR_MARGIN = 1.5  #: Distance the drawn ground reaches beyond the body's way [m]
+COLOURS = {
+    "skin": rgb(theme.SKIN["skin"]),
+    "shirt": rgb(theme.SKIN["shirt"]),
+    "sleeve_r": rgb(theme.RIGHT_BODY),
+    "sleeve_l": rgb(theme.LEFT_BODY),
+    "shorts_r": tuple(0.6 * part for part in rgb(theme.RIGHT_BODY)),
+    "shorts_l": tuple(0.6 * part for part in rgb(theme.LEFT_BODY)),
+    "eye": rgb(theme.SKIN["eye"]),
+    "iris": rgb(theme.SKIN["iris"]),
+}
+"""Material → its colour, sRGB: left and right differ as in the viewer."""
 
 
 def write_glb(
@@ -301,3 +313,22 @@ def _continuous(quats: Float[Array, "n 4"]) -> Float[Array, "n 4"]:
     flips = np.where((quats[1:] * quats[:-1]).sum(axis=1) < 0, -1.0, 1.0)
     quats = quats * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
     return quats / np.linalg.norm(quats, axis=1, keepdims=True)
+
+
+def dressed_surfaces(skin: Skin) -> dict[str, Surface]:
+    """Return the surfaces of a skin in its resting pose, by material of :data:`COLOURS`.
+
+    The bones are those of the skin, by index.
+    """
+    mesh = dressed_mesh(skin)
+    normals = normals_of(mesh.vertices, mesh.faces)
+    bones, weights = weights_in_255ths(mesh.bones, mesh.weights)
+    found = {}
+    for material in COLOURS:
+        faces = mesh.faces[mesh.materials == material]
+        if not len(faces):
+            continue
+        used, corners = np.unique(faces, return_inverse=True)
+        parts = (mesh.vertices[used], normals[used], corners.reshape(-1, 3))
+        found[material] = Surface(*parts, bones[used], weights[used])
+    return found

@@ -4,7 +4,7 @@ import numpy as np
 
 from plantigrade.errors import ParameterError
 from plantigrade.motion import Motion
-from plantigrade.motion.resample import resampled
+from plantigrade.motion.motion import resampled
 
 RATES = (1.0, 1000.0)  # [Hz] allowed frames per second of an exported motion
 

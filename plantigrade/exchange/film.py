@@ -16,9 +16,8 @@ from scipy.ndimage import gaussian_filter1d
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.charts import theme
 from plantigrade.errors import ParameterError
-from plantigrade.exchange.animation import surface_of
+from plantigrade.exchange.animation import COLOURS, dressed_surfaces, surface_of
 from plantigrade.exchange.clock import require_rate
-from plantigrade.exchange.dressed import COLOURS, dressed_surfaces
 from plantigrade.exchange.gltf import together
 from plantigrade.extras import require
 from plantigrade.io.writing import whole_file

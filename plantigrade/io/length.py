@@ -1,8 +1,12 @@
-"""Maximum length of recordings, by frames and available memory."""
+"""Maximum length of recordings, by frames and the memory that reading and fitting them needs."""
 
+from dataclasses import fields
 from pathlib import Path
 
-from plantigrade.errors import FileError
+import numpy as np
+
+from plantigrade.errors import FileError, FitError
+from plantigrade.motion import Recording
 
 MAX_FRAMES = 360_000
 """Maximum length of a recording [frames], an hour at 100 Hz, as for text files of 200 MB; its fit
@@ -13,6 +17,10 @@ REMEDY = "export it in parts, or at a lower frame rate"
 
 _MEMINFO = Path("/proc/meminfo")
 _GROUPS, _GROUP = Path("/sys/fs/cgroup"), Path("/proc/self/cgroup")
+FIT_BASE_BYTES = 150e6  # Memory of a fit besides its frames [bytes], measured
+FIT_BYTES_PER_FRAME = 12e3
+"""Memory of a fit for each frame [bytes], measured on 10 minutes at 100 Hz."""
+RECORDING_COPIES = 2  # Copies of the recording that a fit makes: turned to face forward, and cut
 
 
 def check_length(path: str | Path, n_frames: int, n_bytes: float = 0.0) -> None:
@@ -60,3 +68,21 @@ def _left_of_group() -> float | None:
     except (OSError, ValueError):  # no group, or its limit is "max"
         return None
     return float(max(limit - used + int(stat.get("inactive_file", 0)), 0))  # the cache is given up
+
+
+def require_memory(recording: Recording) -> None:
+    """Refuse a recording whose fit would not fit into free memory; the machine would swap."""
+    motion = (recording.markers, recording.skeleton, recording.coordinates)
+    parts = [part for part in (*motion, *recording.plates) if part is not None]
+    arrays = [getattr(part, f.name) for part in parts for f in fields(part)]
+    held = sum(each.nbytes for each in arrays if isinstance(each, np.ndarray))
+    n_frames = max((len(part.time) for part in motion if part is not None), default=0)
+    needed, free = (
+        FIT_BASE_BYTES + FIT_BYTES_PER_FRAME * n_frames + RECORDING_COPIES * held,
+        free_memory(),
+    )
+    if needed > free:
+        raise FitError(
+            f"{recording.source.name} has {n_frames} frames; their fit needs {needed / 1e9:.1f} GB "
+            f"of memory, {free / 1e9:.1f} GB are free: close other programs, or {REMEDY}"
+        )

@@ -51,13 +51,13 @@ from plantigrade.io.smpl_layouts import (
     sex_of,
 )
 from plantigrade.io.smpl_legs import LegFactors, leg_factors
-from plantigrade.io.smpl_model import model_offsets
 from plantigrade.io.smpl_tree import (
     MEAN_STATURE,
     NAMES,
     PARENTS,
     ROOT,
     mean_offsets,
+    model_offsets,
 )
 from plantigrade.motion.recording import Recording, SkeletonMotion, Subject
 from plantigrade.notes import Info

@@ -15,7 +15,6 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.arm_tracking import track_arms
-from plantigrade.kinematics.axis_scale import scale_notes
 from plantigrade.kinematics.calibrator import noise_factor
 from plantigrade.kinematics.flat_feet import with_resting_soles
 from plantigrade.kinematics.given_ground import GivenGround
@@ -24,7 +23,13 @@ from plantigrade.kinematics.joint_distances import late_notes
 from plantigrade.kinematics.keypoint_noise import BonesOfVideo
 from plantigrade.kinematics.keypoints import TILT_OF_VIDEO, force_band_factor
 from plantigrade.kinematics.knee_height import knee_notes
-from plantigrade.kinematics.marker_doubts import error_notes, slip_notes, twin_notes, unseen_notes
+from plantigrade.kinematics.marker_doubts import (
+    error_notes,
+    scale_notes,
+    slip_notes,
+    twin_notes,
+    unseen_notes,
+)
 from plantigrade.kinematics.plausibility import lean_notes
 from plantigrade.kinematics.posture import pelvis_notes, posture_figures
 from plantigrade.kinematics.posture_prior import PosturePrior
@@ -40,8 +45,11 @@ from plantigrade.kinematics.unmeasured_joints import (
     note,
     unmeasured,
 )
-from plantigrade.kinematics.unmeasured_toes import toes_on_ground, unseen_toes_follow
-from plantigrade.kinematics.unseen_feet import with_flat_feet
+from plantigrade.kinematics.unmeasured_toes import (
+    toes_on_ground,
+    unseen_toes_follow,
+    with_flat_feet,
+)
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, landmark_names, landmarks_of

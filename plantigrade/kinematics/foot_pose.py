@@ -45,9 +45,10 @@ from plantigrade.kinematics.ground_normal import (
     GroundNormal,
     axes_from,
     hinge_angles,
+    plane_slopes,
     smallest_turn,
+    sole_plane,
 )
-from plantigrade.kinematics.planes import plane_slopes, sole_plane
 from plantigrade.models import Human
 from plantigrade.models.skeleton import Body
 

@@ -5,7 +5,7 @@ calibration. The body does not depend on the order of the trials.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 
@@ -34,7 +34,7 @@ from plantigrade.kinematics.stature_estimate import stature_warnings, with_unkno
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import MarkerSet, place_markers
-from plantigrade.motion import Recording
+from plantigrade.motion import Recording, Subject
 from plantigrade.printable import listed
 
 CALIBRATION_FRAMES = 24  # [1] frames of all trials together, which cover the range of each joint
@@ -228,3 +228,24 @@ def _on_one_ground(
             higher = ground_height(trial.recording) - ground_height(one.recording)
             rows.append(x - [0.0, 0.0, higher])
     return np.concatenate(rows)
+
+
+@dataclass(frozen=True)
+class Shared:
+    """Body and body mass that the trials of one subject have in common."""
+
+    body: ScaledBody  #: Lengths, marker places, soles
+    subject: Subject  #: What their files say of the subject; the mass is that of all trials
+    files: tuple[Path, ...]  #: The trials, by name
+    notes: tuple[str, ...] = ()  #: What the user should know, one sentence each
+
+    def into(self, recording: Recording) -> Recording:
+        """Return one of the recordings as one of this subject's."""
+        others = tuple(path for path in self.files if path != recording.source)
+        own = replace(self.subject, date=recording.subject.date)
+        return replace(
+            recording,
+            subject=own,
+            companions=(*recording.companions, *others),
+            warnings=(*recording.warnings, *self.notes),
+        )

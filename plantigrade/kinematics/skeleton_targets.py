@@ -14,7 +14,7 @@ from plantigrade.kinematics.unmeasured_joints import measured_hinges
 from plantigrade.models import Human
 from plantigrade.models.anatomy import hip, lumbar, shoulder
 from plantigrade.models.coordinates import coordinate_of
-from plantigrade.spatial.vectors import unit_vectors
+from plantigrade.spatial.conventions import unit_vectors
 
 # Joints and the part distal to each.
 CENTRES = {

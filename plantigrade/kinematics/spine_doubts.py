@@ -21,8 +21,7 @@ from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.motion import Markers
 from plantigrade.printable import listed
-from plantigrade.spatial.conventions import rotation_matrix
-from plantigrade.spatial.vectors import unit_vectors
+from plantigrade.spatial.conventions import rotation_matrix, unit_vectors
 
 MAX_TWIST = 6.0
 """Largest mean difference of the slopes from right to left of the spines, and of the knees [deg];

@@ -22,7 +22,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.exchanged_labels import Exchange
 from plantigrade.motion import Markers
-from plantigrade.spatial.vectors import unit_vectors
+from plantigrade.spatial.conventions import unit_vectors
 
 MIN_PRONATION_SINE = -0.35  # [1] sine of 20° beyond an end of the range [AAOS1965]_
 ELBOW_MARKER_OFFSET = 0.042  # [m] distance of a lateral elbow marker from the joint centre

@@ -17,8 +17,7 @@ from plantigrade.arrays import Float
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.extras import require
 from plantigrade.io.writing import write_bytes
-from plantigrade.learn.policy import OBSERVATION_CLIP, Policy, described_rules
-from plantigrade.learn.policy_files import file_of
+from plantigrade.learn.policy import OBSERVATION_CLIP, Policy, described_rules, file_of
 from plantigrade.learn.rules import Rules
 from plantigrade.options import LEARNED
 

@@ -27,11 +27,14 @@ from plantigrade.learn.policy_interface import PolicyInterface
 from plantigrade.learn.reference import EXTRA_COLUMNS, Reference
 from plantigrade.learn.rules import Rules
 from plantigrade.models import Human
+from plantigrade.options import LEARNED
 
 OBSERVATION_CLIP = 8.0  # [standard deviations] of normalised observations
 QUATERNION_TOLERANCE = 0.01  # of the norm of a quaternion
 REMEDY = "name a policy.npz that plantigrade train wrote"
 KIND = "plantigrade policy 1"  # Kind and version of the file format
+FOLDER = Path(__file__).resolve().parent / "policies"
+"""Where the policies of the package are, one for each foot."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -240,3 +243,24 @@ _BOUNDS: Mapping[str, tuple[float, float, str]] = {
 """Bounds and units of the numbers in a file."""
 _PLAIN = ("form", "gains", "reach", "rate", "control_rate", "passive", "duration", "mirrored")
 """Fields of the rules in a file."""
+
+
+def shipped(feet: str) -> Path:
+    """Return the file of the policy of the package that walks on such feet."""
+    path = FOLDER / f"{feet}.npz"
+    if not path.is_file():
+        there = sorted(file.stem for file in FOLDER.glob("*.npz"))
+        raise ParameterError(
+            f"controller={LEARNED} walks on feet={' or '.join(there)}, not {feet}; train a policy "
+            "of your own: plantigrade train --help"
+        )
+    return path
+
+
+def file_of(word: str, feet: str | None = None) -> Path:
+    """Return the file of a policy by its word: ``learned``, for that of the package, or itself.
+
+    Raises:
+        ParameterError: If the package has none for such feet (multi-segment if absent).
+    """
+    return shipped(feet or "multi-segment") if word == LEARNED else Path(word)

@@ -6,7 +6,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.contact.scene_object import SceneObject
+from plantigrade.contact.scene import SceneObject
 from plantigrade.world import Drawing, World
 
 HISTORY_DURATION = 5.0  # [s] of the curves

@@ -15,7 +15,7 @@ velocities are continuous. The hierarchy, from the top:
    contact forces close to those of the previous instant.
 
 Between the postures the body follows the smooth curve through them
-(:mod:`plantigrade.ordered_tasks.posture_curve`); no other recorded angle is used. A control law
+(:func:`curve_through`); no other recorded angle is used. A control law
 towards the next posture alone becomes stiff as the remaining time shrinks and restarts with each
 phase; its bursts of acceleration appear first in the hip moment, which moves the whole leg. The
 return to the curve is overdamped because deviations come from the levels above.
@@ -37,17 +37,26 @@ The gains of the centre of mass suit balance: correcting an error :math:`e` with
 :math:`\lambda^2 e` moves the centre of pressure by :math:`\lambda^2 e z / g`. At
 :math:`\lambda = 7/s`, one centimetre takes five of the foot's twenty-five; the 20/s of
 the kinematic hierarchy would take forty.
+
+**The smooth curve** minimises :math:`\int |\dddot q|^2 dt`: a quintic between consecutive postures,
+with accelerations at the postures that make the jerk continuous and zero at either end. Cubics
+(least acceleration) would have discontinuous accelerations there, and so would joint moments.
 """
 
 from dataclasses import dataclass
 
+import mujoco
 import numpy as np
+from scipy.interpolate import BPoly
+from scipy.linalg import solve_banded
 
+from plantigrade.arrays import Array, Float
+from plantigrade.dynamics.derivatives import Derivatives, continuous, differentiate
 from plantigrade.kinematics.trajectory import Trajectory
+from plantigrade.models import Human
 from plantigrade.ordered_tasks.gait import GaitSettings, GaitTasks, gait_order, phase_ends
 from plantigrade.ordered_tasks.gait_reference import GaitReference
 from plantigrade.ordered_tasks.gait_support import GaitSupport
-from plantigrade.ordered_tasks.posture_curve import curve_through
 from plantigrade.ordered_tasks.schedule import ContactSchedule
 from plantigrade.wbc.order import TaskOrder
 from plantigrade.wbc.tasks import (
@@ -61,6 +70,8 @@ from plantigrade.wbc.tasks import (
     SoleContactTask,
     Task,
 )
+
+DIFFERENCE_STEP = 1e-4  # [s] step of the finite difference of positions
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,3 +166,50 @@ def _posture(reference: GaitReference, tasks: GaitTasks, s: ForcedGaitSettings) 
         stiffness=s.posture_stiffness,
         damping=s.posture_damping,
     )
+
+
+def curve_through(
+    human: Human,
+    time: Float[Array, " n"],
+    postures: Float[Array, "n nq"],
+    velocities: Float[Array, "n nv"],
+    *,
+    interval: float,
+) -> tuple[Float[Array, " n_samples"], Derivatives]:
+    """Return sample times [s] and the curve with its derivatives at these times.
+
+    Args:
+        time: Time of each posture [s], increasing; at least two.
+        postures: Configurations; either sign of the quaternion.
+        interval: Time between samples [s].
+    """
+    postures = continuous(postures)
+    rates = np.empty_like(postures)
+    for posture, velocity, rate in zip(postures, velocities, rates, strict=True):
+        ahead, behind = posture.copy(), posture.copy()
+        mujoco.mj_integratePos(human.model, ahead, velocity, DIFFERENCE_STEP)
+        mujoco.mj_integratePos(human.model, behind, velocity, -DIFFERENCE_STEP)
+        rate[:] = (ahead - behind) / (2 * DIFFERENCE_STEP)
+    curve = BPoly.from_derivatives(
+        time, np.stack([postures, rates, least_jerk_accelerations(time, postures, rates)], axis=1)
+    )
+    samples = np.linspace(time[0], time[-1], max(int((time[-1] - time[0]) / interval), 1) + 1)
+    return samples, differentiate(human, samples, curve(samples), None)
+
+
+def least_jerk_accelerations(
+    time: Float[Array, " n"], values: Float[Array, "n k"], rates: Float[Array, "n k"]
+) -> Float[Array, "n k"]:
+    """Return the second derivatives of the minimum-jerk curve at its knots."""
+    h, rise = np.diff(time)[:, None], np.diff(values, axis=0)
+    # jerk of each quintic at its ends, without the contributions of the second derivatives there:
+    # -9 a0 / h + 3 a1 / h at the left one, -3 a0 / h + 9 a1 / h at the right one
+    left = (60 * rise - h * (36 * rates[:-1] + 24 * rates[1:])) / h**3
+    right = (60 * rise - h * (24 * rates[:-1] + 36 * rates[1:])) / h**3
+    band, rhs = np.zeros((3, len(time))), np.zeros_like(values)
+    band[1, :-1] += 9 / h[:, 0]
+    band[1, 1:] += 9 / h[:, 0]
+    band[0, 1:] = band[2, :-1] = -3 / h[:, 0]
+    rhs[:-1] += left
+    rhs[1:] -= right
+    return solve_banded((1, 1), band, rhs)

@@ -7,7 +7,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import cut_cycles
-from plantigrade.motion.resample import resampled
+from plantigrade.motion.motion import resampled
 from plantigrade.pages.scene import poses
 from plantigrade.record import Record
 

@@ -21,7 +21,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.unmeasured_joints import SIGNAL as ASSUMED
 from plantigrade.kinematics.unmeasured_joints import bodies_of
 from plantigrade.models.mjcf import read_mjcf
-from plantigrade.motion.resample import resampled
+from plantigrade.motion.motion import resampled
 from plantigrade.pages.shapes import PLATE, SCENE_OBJECT, Shape, rgb, shapes_of
 from plantigrade.record import Record
 from plantigrade.record.moving_ground import GroundPath

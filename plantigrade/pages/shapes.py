@@ -19,6 +19,8 @@ GROUND = ("floor", "bump", "relief")
 """Prefixes of the ground's geoms in :mod:`plantigrade.contact.scene`."""
 PLATE = "floor_plate"  # Name of the geom of moving ground, as in :mod:`plantigrade.world.platform`
 SCENE_OBJECT = "thing"  # Prefix of scene objects
+RIM_TONE, SHADE_TONE = 0.62, 0.84
+"""Factors of a colour: of the rim, and of shade. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -237,3 +239,21 @@ def _mesh(model, geom):
     lower = np.stack([corner, corner + 1, corner + columns], axis=1)
     upper = np.stack([corner + 1, corner + columns + 1, corner + columns], axis=1)
     return np.stack([x.ravel(), y.ravel(), z], axis=1), np.concatenate([lower, upper])
+
+
+def two_tones(
+    name: str, colour: tuple[float, float, float], light: Float[Array, " 2"], *, far: float = 1.0
+) -> tuple[str, str, str]:
+    """Return the clip of an outline, the outline in shade, and its lit tone, moved and clipped."""
+    return (
+        f'<clipPath id="{name}c"><use href="#{name}"/></clipPath>',
+        f'<use href="#{name}" fill="{tone(colour, SHADE_TONE * far)}"/>',
+        f'<g clip-path="url(#{name}c)"><use href="#{name}" fill="{tone(colour, far)}" '
+        f'transform="translate({light[0]:.0f} {light[1]:.0f})"/></g>',
+    )
+
+
+def tone(colour: tuple[float, float, float], factor: float) -> str:
+    """Return a colour in 0-1, times a factor, as CSS writes it."""
+    red, green, blue = (min(1.0, factor * part) for part in colour)
+    return hexadecimal((red, green, blue))

@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from plantigrade.contact.scene import scene_xml
-from plantigrade.errors import FileError
+from plantigrade.errors import FigureNotFound, FileError, known_names
 from plantigrade.io.mot import write_mot
 from plantigrade.motion.recording import Table
 from plantigrade.motion.views import table_html
 from plantigrade.notes import Info
 from plantigrade.options import as_path
-from plantigrade.record.figures import Figures
 from plantigrade.record.folder import FORMAT, write_folder
 from plantigrade.record.metrics import METRICS, read_metrics
 from plantigrade.record.npz import read_npz, write_npz
@@ -25,6 +24,21 @@ MODEL, MOTION, COORDINATES = "model.xml", "motion.npz", "motion.mot"
 RUNS = Path("runs")  #: Where a run goes for which no folder is named
 _META = ("status", "format", "version", "kind", "title", "sentence", "command", "settings", "seed",
          "source_files", "notes", "warnings", "files", "seconds")  # fmt: skip
+
+
+class Figures(dict[str, Any]):
+    """Figures by key: flat, in snake_case, unit as suffix.
+
+    Example:
+        >>> Figures(walking_speed_m_s=1.3)["walking_speed"]
+        Traceback (most recent call last):
+        ...
+        plantigrade.errors.FigureNotFound: no figure 'walking_speed'; did you mean ...
+    """
+
+    def __missing__(self, key: str) -> Any:
+        """Refuse a key that is not there."""
+        raise FigureNotFound(f"no figure {key!r}; {known_names(str(key), list(self))}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.contact.scene_object import SceneObject
+from plantigrade.contact.scene import SceneObject
 from plantigrade.record.record import Record
 
 PLACES = "things.place"

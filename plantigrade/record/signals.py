@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from plantigrade.arrays import Array
-from plantigrade.contact.scene_object import SceneObject
+from plantigrade.contact.scene import SceneObject
 from plantigrade.errors import ParameterError
 from plantigrade.record.signal_registry import Kind, Signal, signal_of
 

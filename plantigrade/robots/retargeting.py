@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
-from plantigrade.motion.resample import resampled
+from plantigrade.motion.motion import resampled
 from plantigrade.record import Record, Run
 from plantigrade.robots.motion import RobotMotion
 from plantigrade.robots.pose_solver import PoseSolver, RetargetSettings

@@ -17,6 +17,7 @@ OPENSIM_TO_WORLD = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
 
 PELVIS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "pelvis_tx", "pelvis_ty", "pelvis_tz")
 """Pelvis coordinates in OpenSim's order: angles, then translations in its axes."""
+MIN_LENGTH = 1e-12  # below which a vector has no direction
 
 
 def wxyz_to_xyzw(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 4"]:
@@ -170,3 +171,17 @@ def _pelvis_rate_matrix(
     ]
     E, E_dot = (np.stack([np.stack(row, axis=-1) for row in m], axis=-2) for m in (E, E_dot))
     return E, E_dot
+
+
+def unit_vectors(vectors: Float[Array, "*n k"]) -> Float[Array, "*n k"]:
+    """Return vectors of length one; zero stays zero."""
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), MIN_LENGTH)
+
+
+def nearest_right_angle(
+    way: Float[Array, " 2"], direction: Float[Array, " 2"]
+) -> Float[Array, " 2"]:
+    """Return a direction, turned by the right angles that bring it nearest to another one."""
+    left = np.array([-way[1], way[0]])
+    x, y = float(way @ direction), float(left @ direction)
+    return way * np.copysign(1.0, x) if abs(x) >= abs(y) else left * np.copysign(1.0, y)

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.contact.events import alternates, gait_events
 from plantigrade.contact.ground import Ground
-from plantigrade.contact.plan import ContactPlan
+from plantigrade.contact.plan import ContactPlan, alternates, gait_events
 from plantigrade.contact.site import PUSH_PART, ContactSite
 from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human

@@ -21,6 +21,7 @@ from plantigrade.errors import FitError, NothingToFit, ParameterError
 from plantigrade.io import read
 from plantigrade.io.asf import find_asf
 from plantigrade.io.companions import Companions, find_companions
+from plantigrade.io.length import require_memory
 from plantigrade.kinematics.coordinate_fit import fit_coordinates
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.given_ground import GivenGround
@@ -28,6 +29,7 @@ from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.kinematics.plausibility import verdict
 from plantigrade.kinematics.result import Fit, filled
 from plantigrade.kinematics.retarget import fit_skeleton
+from plantigrade.kinematics.scaled_body import Shared
 from plantigrade.kinematics.sides import mirror_axis, swap_sides
 from plantigrade.models.markers import read_marker_set
 from plantigrade.models.person import Person
@@ -39,10 +41,8 @@ from plantigrade.record import Provenance, Run
 from plantigrade.record.provenance import source_files
 from plantigrade.signatures import takes
 from plantigrade.threads import on_one_thread
-from plantigrade.workflows.memory import require_memory
 from plantigrade.workflows.osim_fit import fit_own_model
 from plantigrade.workflows.settings import FitSettings, RecordingSettings, Settings
-from plantigrade.workflows.shared_body import Shared
 from plantigrade.workflows.steps import Step, silent
 from plantigrade.world.grounds import ground_named
 

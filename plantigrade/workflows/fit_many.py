@@ -13,6 +13,7 @@ from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.io import format_of
 from plantigrade.io.asf import find_asf
 from plantigrade.io.companions import candidates
+from plantigrade.kinematics.scaled_body import Shared
 from plantigrade.pages.batch import FITS
 from plantigrade.record import Run
 from plantigrade.record.inputs import Inputs, inputs, names_of
@@ -24,7 +25,6 @@ from plantigrade.workflows.batch_items import Group, Item, content_key
 from plantigrade.workflows.fit import run_fit
 from plantigrade.workflows.one_subject import by_subject, share
 from plantigrade.workflows.settings import FitSettings, Settings
-from plantigrade.workflows.shared_body import Shared
 
 Subjects = Literal["auto", "one", "each"]
 """Grouping of recordings by subject: by name and marker distances, all together, or none."""

@@ -14,7 +14,7 @@ from plantigrade.io.subjects import MAX_DIFFERENCE, difference, same_size, subje
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.prepare import Prepared, prepare
 from plantigrade.kinematics.result import filled
-from plantigrade.kinematics.scaled_body import scale
+from plantigrade.kinematics.scaled_body import Shared, scale
 from plantigrade.models.markers import read_marker_set
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording, Subject
@@ -23,7 +23,6 @@ from plantigrade.notes import Info
 from plantigrade.record.jobs import Workers
 from plantigrade.workflows.fit import given_ground, load
 from plantigrade.workflows.settings import FitSettings
-from plantigrade.workflows.shared_body import Shared
 
 MAX_STANDING_ERROR = 0.015
 """Largest marker error of a standing trial on the body of the moving trials [m]; 4 to 8 mm where

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from plantigrade.contact.ground import Seat
-from plantigrade.contact.seat import seat_sites
+from plantigrade.contact.limb_sites import seat_sites
 from plantigrade.contact.site import CHAIR_PART
 from plantigrade.dynamics.loading import SEAT_COMPRESSION
 from plantigrade.kinematics.sole_paths import SitePoints

@@ -21,7 +21,7 @@ from plantigrade.control.pendulum.command import RECORDED
 from plantigrade.control.pendulum.path import depths_of, path_of, speeds_of
 from plantigrade.errors import ParameterError
 from plantigrade.learn.controller import PolicyController, load_controller
-from plantigrade.learn.policy_files import file_of
+from plantigrade.learn.policy import file_of
 from plantigrade.models import Human
 from plantigrade.models.human import require_scaled
 from plantigrade.motion import Motion

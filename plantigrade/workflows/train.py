@@ -12,8 +12,7 @@ from plantigrade.errors import ParameterError, RunExists
 from plantigrade.io.text import read_text
 from plantigrade.io.writing import csv_text, write_text
 from plantigrade.learn.mirror import MAX_ASYMMETRY, asymmetry
-from plantigrade.learn.policy import Policy
-from plantigrade.learn.policy_files import file_of
+from plantigrade.learn.policy import Policy, file_of
 from plantigrade.learn.reference import Reference
 from plantigrade.learn.reward import LANDING_WEIGHTS
 from plantigrade.learn.rules import Rules

@@ -12,6 +12,7 @@ from plantigrade.world.command import PD, Acceleration, Command, StablePD, Torqu
 from plantigrade.world.controller import (
     AnyController,
     Controller,
+    Drawing,
     InitialState,
     Rates,
     Summary,
@@ -19,7 +20,6 @@ from plantigrade.world.controller import (
     controller_from,
 )
 from plantigrade.world.disturbance import Disturbance, PhasePush, Push
-from plantigrade.world.drawing import Drawing
 from plantigrade.world.falls import Fall
 from plantigrade.world.load import Load
 from plantigrade.world.platform import FloorShift, Platform, Tilting

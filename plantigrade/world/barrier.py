@@ -7,7 +7,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
-from plantigrade.contact.scene_object import SceneObject
+from plantigrade.contact.scene import SceneObject
 from plantigrade.models import Human
 from plantigrade.world.disturbance import Disturbance, parse_numbers
 from plantigrade.world.simulated_world import SimulatedWorld

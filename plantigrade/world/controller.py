@@ -31,9 +31,25 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.options import shown
 from plantigrade.world.command import AnyCommand
-from plantigrade.world.drawing import Drawing
 from plantigrade.world.state import State
 from plantigrade.world.target import Target
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Drawing:
+    """Points and lines in world axes.
+
+    Attributes:
+        name: Name of the drawing; it replaces an earlier one of the same name.
+        points: Points [m].
+        lines: Both end points of each line [m].
+        colour: Hexadecimal colour, such as ``"#7e57c2"``.
+    """
+
+    name: str
+    points: Float[Array, "n_points 3"] | None = None
+    lines: Float[Array, "n_lines 2 3"] | None = None
+    colour: str = "#7e57c2"
 
 
 @dataclass(frozen=True)

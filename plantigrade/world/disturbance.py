@@ -9,7 +9,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
 from plantigrade.constants import SIDES
-from plantigrade.contact.scene_object import SceneObject
+from plantigrade.contact.scene import SceneObject
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.world.simulated_world import SimulatedWorld

@@ -8,7 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
 from plantigrade.constants import MAX_LOAD
-from plantigrade.contact.scene_object import SceneObject
+from plantigrade.contact.scene import SceneObject
 from plantigrade.world.disturbance import Disturbance, body_index
 from plantigrade.world.world import World
 

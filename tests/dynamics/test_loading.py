@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plantigrade.constants import SIDES
-from plantigrade.contact.seat import seat_sites
+from plantigrade.contact.limb_sites import seat_sites
 from plantigrade.dynamics.loading import SEAT, find_loading, leaves_the_ground
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
 from plantigrade.models import Human

@@ -11,8 +11,8 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from plantigrade.errors import ParameterError
+from plantigrade.exchange.animation import COLOURS
 from plantigrade.exchange.bones import bones_of
-from plantigrade.exchange.dressed import COLOURS
 from plantigrade.models import Human
 from plantigrade.skin import Skin
 from tests.exchange.moving import moving

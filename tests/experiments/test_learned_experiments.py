@@ -9,7 +9,7 @@ from experiments.learned import Walk
 from experiments.learned_disturbed import PUSHED, ROUGH
 from experiments.learned_level import ANKLE, GAINS, WALK
 from plantigrade.errors import FileError
-from plantigrade.learn.policy_files import shipped
+from plantigrade.learn.policy import shipped
 
 FOOT = "multi-segment"
 SPECIFICATIONS = (WALK, GAINS, ANKLE, ROUGH, PUSHED)

@@ -7,7 +7,7 @@ import pytest
 
 from plantigrade import io
 from plantigrade.kinematics.faulty_samples import glued, without_faulty_samples
-from plantigrade.kinematics.label_continuity import with_continuous_labels
+from plantigrade.kinematics.label_repair import with_continuous_labels
 from plantigrade.kinematics.prepare import prepare
 from plantigrade.models import Human, Person
 from plantigrade.models.markers import landmark_names, place_markers

@@ -21,7 +21,7 @@ from plantigrade.kinematics.prepare import prepare
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.textbook_walk import textbook_walk
-from plantigrade.kinematics.unseen_feet import with_flat_feet
+from plantigrade.kinematics.unmeasured_toes import with_flat_feet
 from plantigrade.models import Human, Person
 from plantigrade.models.keypoints import are_keypoints
 from plantigrade.models.landmarks import attachments

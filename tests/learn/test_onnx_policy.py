@@ -6,7 +6,7 @@ import pytest
 from plantigrade.commands.main import main
 from plantigrade.errors import FileError, PlantigradeError
 from plantigrade.learn import OnnxPolicy, Policy, PolicyController, write_onnx
-from plantigrade.learn.policy_files import shipped
+from plantigrade.learn.policy import shipped
 from plantigrade.workflows.simulate import simulate
 
 onnx = pytest.importorskip("onnx")

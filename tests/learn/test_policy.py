@@ -11,8 +11,7 @@ from plantigrade.learn import Policy, PolicyController, Reference, Rules, Walk
 from plantigrade.learn.batch_state import BatchState
 from plantigrade.learn.mirror import Mirror, asymmetry
 from plantigrade.learn.parallel_tracking import ParallelTracking
-from plantigrade.learn.policy import survival_times
-from plantigrade.learn.policy_files import shipped
+from plantigrade.learn.policy import shipped, survival_times
 from plantigrade.learn.transfer import transfer_policy
 from plantigrade.models import Human
 from plantigrade.models.mirror import mirror_sign, mirrored_name

@@ -5,7 +5,7 @@ from scipy.integrate import quad
 from scipy.interpolate import BPoly
 
 from plantigrade.kinematics.state import State
-from plantigrade.ordered_tasks.posture_curve import curve_through, least_jerk_accelerations
+from plantigrade.ordered_tasks.forces import curve_through, least_jerk_accelerations
 from tests.models.presets import person
 
 TIME = np.array([0.0, 0.12, 0.4, 0.55, 0.7])

@@ -10,7 +10,7 @@ import pytest
 from plantigrade import Ground
 from plantigrade.charts import theme
 from plantigrade.contact.ground import GroundStep, Seat
-from plantigrade.contact.scene_object import SceneObject
+from plantigrade.contact.scene import SceneObject
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.textbook_recording import textbook_walk
 from plantigrade.models import Human

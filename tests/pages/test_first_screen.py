@@ -8,8 +8,7 @@ import pytest
 
 from plantigrade.charts import Figure
 from plantigrade.pages.headline import headline_figures
-from plantigrade.pages.moving_person import moving_person, shown_part
-from plantigrade.pages.run_pages import report_html
+from plantigrade.pages.run_pages import moving_person, report_html, shown_part
 from plantigrade.pages.section import Section, Subject, draw_all
 from plantigrade.pages.sections import SECTIONS
 from plantigrade.pages.sections.clinical import grid_of

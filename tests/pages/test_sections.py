@@ -10,7 +10,7 @@ from plantigrade.analyze import compare
 from plantigrade.analyze.quantities import QUANTITY
 from plantigrade.analyze.reproduction import ROTATIONS
 from plantigrade.contact.site import PUSH_PART, ContactSite
-from plantigrade.motion.resample import resampled
+from plantigrade.motion.motion import resampled
 from plantigrade.pages.headline import headline_figures
 from plantigrade.pages.run_pages import run_viewer
 from plantigrade.pages.scene import build_scene

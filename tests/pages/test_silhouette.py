@@ -9,7 +9,7 @@ import pytest
 
 from plantigrade import Human
 from plantigrade.charts import theme
-from plantigrade.contact.scene_object import SceneObject
+from plantigrade.contact.scene import SceneObject
 from plantigrade.pages.animated_ground import WOOD
 from plantigrade.pages.camera import Camera
 from plantigrade.pages.scene import poses

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from plantigrade.contact.intervals import ContactInterval
+from plantigrade.contact.limb_sites import seat_sites
 from plantigrade.contact.plan import ContactPlan, Footprint, PointSupport, Stance
-from plantigrade.contact.seat import seat_sites
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.ground_forces import GroundForces
 from plantigrade.dynamics.loading import SEAT

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plantigrade.contact.plan import ContactPlan
+from plantigrade.contact.plan import ContactPlan, path_heading
 from plantigrade.models import Human
 from plantigrade.trajopt import ContactBody, ProblemBuilder, make_task
 from plantigrade.trajopt.diagnose.violations import values
@@ -17,7 +17,6 @@ from plantigrade.trajopt.guess.postures import (
 )
 from plantigrade.trajopt.problem.contact import soles_of
 from plantigrade.trajopt.terms.contact import Contact
-from plantigrade.trajopt.terms.heading import path_heading
 from plantigrade.trajopt.terms.limits import Limits
 from plantigrade.trajopt.terms.momentum import AngularMomentum
 from plantigrade.trajopt.terms.solid import (

@@ -9,9 +9,8 @@ import pytest
 
 from plantigrade import check
 from plantigrade.analyze.feet import foot_path
-from plantigrade.contact.events import alternates
 from plantigrade.contact.ground import Ground
-from plantigrade.contact.plan import Footprint, Stance
+from plantigrade.contact.plan import Footprint, Stance, alternates
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.models import Human
 from plantigrade.trajopt import (

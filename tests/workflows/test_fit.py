@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import FitError, ParameterError
+from plantigrade.io import length
 from plantigrade.motion import Markers, Recording, Subject
 from plantigrade.pages.run_pages import pages
 from plantigrade.record import Run
 from plantigrade.workflows import fit as fitting
-from plantigrade.workflows import memory
 from plantigrade.workflows.save import save
 from plantigrade.workflows.settings import FitSettings
 from tests.analyze.plated_walk import analyse, plated_walk
@@ -193,7 +193,7 @@ def test_the_standing_trial_names_the_person():
 def test_a_fit_that_would_swap_is_refused(tmp_path):
     path = tmp_path / "walk.trc"
     walking(path)
-    with patch.object(memory, "free_memory", lambda: 1e8):
+    with patch.object(length, "free_memory", lambda: 1e8):
         with pytest.raises(FitError, match="walk.trc has .* frames; their fit needs .* in parts"):
             fitting.fit(path)
 

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from plantigrade.contact.scene_object import SceneObject
+from plantigrade.contact.scene import SceneObject
 from plantigrade.control import passive
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human

@@ -11,7 +11,7 @@ from plantigrade.contact.site import ContactSite
 from plantigrade.control.gait.kinematics import Kinematics
 from plantigrade.control.gait.schedule import settled
 from plantigrade.motion.filters import runs
-from plantigrade.motion.resample import interpolate
+from plantigrade.motion.motion import interpolate
 from plantigrade.record import Record
 
 

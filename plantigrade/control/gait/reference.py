@@ -33,7 +33,7 @@ from plantigrade.control.gait.schedule import (
 )
 from plantigrade.control.gait.step import StepSettings
 from plantigrade.errors import ParameterError
-from plantigrade.motion.resample import interpolate
+from plantigrade.motion.motion import interpolate
 from plantigrade.record import Record
 
 STEP = 0.002  # [s] time step of the grid

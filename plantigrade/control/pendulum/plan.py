@@ -20,7 +20,7 @@ from plantigrade.control.pendulum.settings import PendulumSettings
 from plantigrade.control.pendulum.swing import Height, detours
 from plantigrade.control.pendulum.turn import PredictedTurn
 from plantigrade.kinematics.state import State
-from plantigrade.spatial.vectors import nearest_right_angle
+from plantigrade.spatial.conventions import nearest_right_angle
 
 MIN_TIME_LEFT = 0.01  # [s] to touchdown: keeps the growth of errors until then finite
 

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.motion.resample import interpolate
+from plantigrade.motion.motion import interpolate
 
 Status = Literal["solved", "acceptable", "stopped", "stalled", "too many iterations"]
 

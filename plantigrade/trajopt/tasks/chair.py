@@ -6,9 +6,14 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
-from plantigrade.contact.limb_sites import REFERENCE_HEIGHT, limb_site
+from plantigrade.contact.limb_sites import (
+    HIP_ABOVE_SEAT,
+    REFERENCE_HEIGHT,
+    SEATED_PELVIS_TILT,
+    limb_site,
+    seat_sites,
+)
 from plantigrade.contact.plan import ContactPlan, Footprint, PointSupport
-from plantigrade.contact.seat import HIP_ABOVE_SEAT, SEATED_PELVIS_TILT, seat_sites
 from plantigrade.contact.site import ContactSite
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human

@@ -9,7 +9,7 @@ import numpy as np
 
 from plantigrade.contact.limb_sites import REFERENCE_HEIGHT, palm
 from plantigrade.contact.plan import ContactPlan
-from plantigrade.contact.scene_object import SceneObject
+from plantigrade.contact.scene import SceneObject
 from plantigrade.contact.site import Point
 from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments

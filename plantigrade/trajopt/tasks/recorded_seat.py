@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from plantigrade.contact.intervals import ContactInterval
+from plantigrade.contact.limb_sites import seat_sites
 from plantigrade.contact.plan import PointSupport
-from plantigrade.contact.seat import seat_sites
 from plantigrade.dynamics.loading import SEAT
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.models import Human

@@ -7,7 +7,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import TIME_TOLERANCE, ContactPlan
-from plantigrade.contact.scene_object import SceneObject
+from plantigrade.contact.scene import SceneObject
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.models.mirror import mirror_sign, mirrored_name

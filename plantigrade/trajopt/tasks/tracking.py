@@ -33,7 +33,7 @@ from plantigrade.kinematics.sole_rests import find_rests
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import resample
-from plantigrade.motion.resample import interpolate
+from plantigrade.motion.motion import interpolate
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.tasks.recorded_forces import (
     expected_moments,

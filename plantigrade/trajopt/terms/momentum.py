@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.constants import GRAVITY
+from plantigrade.contact.plan import path_heading
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
-from plantigrade.trajopt.terms.heading import path_heading
 from plantigrade.trajopt.terms.term import Term
 
 ROW_SCALE = 100.0

@@ -5,13 +5,12 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from plantigrade.contact.plan import ContactPlan
+from plantigrade.contact.plan import ContactPlan, path_heading
 from plantigrade.models.mirror import mirrored_name
 from plantigrade.record.conditions import Condition
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
 from plantigrade.trajopt.problem.contact_body import ContactBody
-from plantigrade.trajopt.terms.heading import path_heading
 from plantigrade.trajopt.terms.term import AtInstant, Term, mirrored_values, per_coordinate
 
 
