@@ -29,6 +29,7 @@ from experiments.force_figures import (
 )
 from experiments.gait_forces import STANCES
 from experiments.given_ground import GROUNDS, on_ground
+from experiments.left_out import left_out_rows, left_out_sheet
 from experiments.recording_ends import END_DURATION, phase_rows
 from experiments.table import ResultTable, Row, over_trials, sheet
 from plantigrade.analyze.force_tilt import MAX_TILT, force_tilt, levelled
@@ -85,6 +86,9 @@ NOTES = (
     "Movements other than walking have rows of their own and are in no mean of a half.",
     "On given ground: walks generated there, whose forces are exact, recorded with the markers and "
     "the faults of a laboratory; without --quick.",
+    "Each source with constants of all others: usual curves of the feet measured on their plates, "
+    "bands as wide as 90 % of their measured values need. Scales of the program and spreads of the "
+    "curves are the shipped ones, which were chosen by hand on the settled half.",
     f"By phase: recordings are cut in double support and after landings; of the cut ones the first "
     f"or last {END_DURATION:g} s count.",
 )
@@ -118,7 +122,19 @@ def run(
     rows = [row for half, found in means.items() for row in _judged(half, found)]
     for words, found in groups.items():
         rows += _judged(words, found, (AHEAD, *BANDS))
-    return replace(table, rows=[*table.rows, *rows], sheets=_sheets(values, {**means, **groups}))
+    sheets = _sheets(values, {**means, **groups})
+    if not quick and (left_out := left_out_rows(walks(data))):
+        rows, sheets = [*rows, *left_out], (*sheets, left_out_sheet(left_out))
+    return replace(table, rows=[*table.rows, *rows], sheets=sheets)
+
+
+def walks(data: Path) -> dict[str, Trial]:
+    """Return the walks of a folder, their plates withheld."""
+    found = {}
+    for name in (name for name in WALKS if (data / name).exists()):
+        fit = fit_trial(data / name)[1].fit
+        found[name] = analyse(fit, mass=fit.human.mass, without_plates=True)
+    return found
 
 
 def trial_rows(path: Path, name: str) -> list[Row]:

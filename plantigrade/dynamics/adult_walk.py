@@ -13,7 +13,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
-from plantigrade.dynamics.force_program import COP_FORWARD, COP_OUTWARD, STANCE_SHARE
+from plantigrade.dynamics.usual_stance import PHASE, UsualStance
 from plantigrade.kinematics.planting import lead_pelvis
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.textbook_walk import ADULT_SPREAD, TextbookWalk, textbook_walk
@@ -85,7 +85,8 @@ def _pressure(walk: TextbookWalk) -> Float[Array, "n_frames 2"]:
             spot = np.median(ankle[middle, k], axis=0)
             out = -1.0 if side == "r" else 1.0
             ahead, aside = (
-                np.interp(share[stance], STANCE_SHARE, path) for path in (COP_FORWARD, COP_OUTWARD)
+                np.interp(share[stance], PHASE, path)
+                for path in (UsualStance().cop_forward, UsualStance().cop_outward)
             )
             own = human.dimensions.foot_length * np.stack([ahead, out * aside], axis=1)
             point[k, stance] = spot + own

@@ -13,7 +13,7 @@ each quantity is the band.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -49,8 +49,9 @@ class BandFactors:
     """Factors of the standard deviations of an activity, so that bands contain what plates measure.
 
     Those of walking cover 90 % in half of the people with plates, those of running in a run at
-    2 m/s. Squats, chair and jumps are those of one person. Standing has at least half of the
-    factors of walking, because this person loads both legs alike and others do not.
+    2 m/s. Squats, chair and jumps are those of one person. Vertical and fore-aft forces of standing
+    have half of the factors of walking, more than this person needs (all is inside), who loads both
+    legs alike as others do not.
     """
 
     forward: float = 1.3  #: Fore-aft force [1]
@@ -67,12 +68,13 @@ class BandFactors:
     def of(cls, *, walks: bool, flies: bool, sits: bool) -> "BandFactors":
         """Return the factors of walking, running, jumping, sitting or standing."""
         if walks:
-            return cls(point_x=1.25, point_y=0.7, hip=1.1) if flies else cls()
+            return cls(point_x=1.25, point_y=0.6, hip=1.1) if flies else cls()
         if flies:
-            return cls(sideways=1.9, point_x=1.95, point_y=2.0)
+            jumps = cls(sideways=1.9, vertical=0.9, point_x=1.95, point_y=2.0)
+            return replace(jumps, hip=1.15, knee=1.3, other=1.4)
         if sits:
-            return cls(0.65, 0.65, 0.7, 1.05, 0.6, hip=0.7, knee=0.8, other=1.1)
-        return cls(0.65, 1.1, 0.7, 0.9, 0.6, hip=0.8, knee=1.0, other=1.0)
+            return cls(0.65, 0.65, 0.7, 1.05, 0.6, hip=0.6, knee=0.8, other=1.1)
+        return cls(0.65, 1.1, 0.7, 0.9, 0.5, hip=0.8, knee=1.0, other=1.0)
 
     @property
     def force(self) -> tuple[float, float, float]:

@@ -21,6 +21,7 @@ from plantigrade.dynamics.load_intervals import Support, completed, usual_length
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.quadratic import solve_quadratic
 from plantigrade.dynamics.required_forces import MIN_LEVEL_DIFFERENCE, RequiredForces
+from plantigrade.dynamics.usual_stance import LEAN, PHASE, UsualStance
 from plantigrade.models import Human
 from plantigrade.motion.filters import runs
 
@@ -32,37 +33,9 @@ MAX_NOISE_ROUNDS = 3  # [1] maximum number of solutions while the noise estimate
 NOISE_ROUGHNESS = (2 * np.pi * 5.0) ** 2 / np.sqrt(5.0)
 # [1] residuals of the rows in recordings with little noise, relative to the expected ones
 USUAL_RESIDUALS = (1.0, 1.0, 1.0, 0.85, 0.7, 1.0)
-# Mean path of the centre of pressure over a stance from the ankle in foot lengths, forward (of
-# runners, and where shanks do not show it) and lateral; five stances of three people.
-STANCE_SHARE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
-COP_FORWARD = (-0.06, -0.025, 0.09, 0.205, 0.345, 0.45, 0.485, 0.497, 0.48, 0.37, 0.14)
-COP_OUTWARD = (0.01, 0.03, 0.05, 0.06, 0.065, 0.085, 0.095, 0.095, 0.065, 0.01, -0.04)
-# [BW] medial force over the same stances
-FORCE_INWARD = (0.0, 0.0, 0.053, 0.058, 0.045, 0.036, 0.042, 0.054, 0.047, 0.005, 0.0)
-# [m] standard deviation about each person's mean path, over the share of stance
-COP_FORWARD_SPREAD = (
-    (0.0, 0.1, 0.4, 0.5, 0.75, 0.9, 1.0),
-    (0.012, 0.009, 0.008, 0.008, 0.005, 0.012, 0.022),
-)
-COP_OUTWARD_SPREAD = ((0.0, 0.2, 0.4, 0.6, 0.8, 1.0), (0.007, 0.006, 0.005, 0.006, 0.004, 0.012))
-# Mean share of the rear foot in the vertical force over a double support, from the start of the
-# front foot's contact interval to the end of the rear foot's; eight of the same three people.
-TRANSFER_PHASE = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
-REAR_SHARE = (0.98, 0.90, 0.78, 0.66, 0.54, 0.43, 0.315, 0.21, 0.12, 0.04, 0.0)
-# Roll-over shape: centre of pressure forward of the ankle [foot lengths] over the forward lean of
-# the shank [rad], of the same people. It hardly depends on speed [Hansen2004]_; people not among
-# them differ from it by 8 mm, from their mean path over stance by 14 mm.
-LEAN = (-0.3, -0.16, -0.04, 0.08, 0.2, 0.32, 0.44, 0.56, 0.68, 0.8, 0.92)
-ROLL_OVER = (-0.10, -0.044, 0.0, 0.109, 0.332, 0.502, 0.497, 0.488, 0.443, 0.353, 0.229)
 MAX_CONTACT_LEAN = -0.15
 """Largest median forward lean of shanks at heel strike with which they show the path [rad]. Walks
 of seven people with markers have -0.37 to -0.21, 16 walks in skeleton files -0.24 to 0.30."""
-# [m] half of the standard deviation about each person's mean shape: with all of it the settled half
-# has 12.7 mm of error of the centre of pressure in place of 9.9
-ROLL_OVER_SPREAD = (
-    (-0.23, -0.04, 0.08, 0.2, 0.32, 0.8),
-    (0.008, 0.006, 0.006, 0.007, 0.005, 0.005),
-)
 FLAT_FOOT_COP = (0.02, 0.009)  # lateral position for a flat foot [foot lengths] and its SD [m]
 SEAT_BENDING = 5.0  # [1] factor of the curvature of forces near seat-off and seat-on
 SEAT_BENDING_TIME = 0.1  # [s] duration of this factor
@@ -106,6 +79,7 @@ class ForceScales:
     loading: float = 20.0  #: Maximum rate of loading after contact [BW/s]
     pace: float = 1.0  #: Ratio of the motion's frequencies to those of walking [1]
     most_free: float = 0.02  #: Maximum free moment per vertical force [m]
+    usual: UsualStance = UsualStance()  #: What feet of walkers usually do
 
     @classmethod
     def of(cls, *, walks: bool, pace: float = 1.0) -> "ForceScales":
@@ -371,7 +345,7 @@ def _contact_frames(needs: RequiredForces, contacts, supports, scales: ForceScal
     contact, ramp = np.zeros((n, m), bool), np.full((n, m), np.inf)
     mean, spread = np.full((n, m, 2), np.nan), np.ones((n, m, 2))
     side, forward = np.full((n, m), np.nan), np.zeros((n, m, 2))
-    usual = usual_length(contacts)
+    usual, curves = usual_length(contacts), scales.usual
     over_time = scales.pace > 1.0 or not _leans_back(needs, contacts)
     for each in contacts:
         k, here = names.index(each.side or each.region), each.frames(time)
@@ -391,16 +365,16 @@ def _contact_frames(needs: RequiredForces, contacts, supports, scales: ForceScal
         if each.rolls and len(t):
             s, lean = each.share(t, usual), needs.lean[here, k]
             if over_time:
-                mean[here, k, 0] = length * np.interp(s, STANCE_SHARE, COP_FORWARD)
-                spread[here, k, 0] = np.interp(s, *COP_FORWARD_SPREAD)
+                mean[here, k, 0] = length * np.interp(s, PHASE, curves.cop_forward)
+                spread[here, k, 0] = np.interp(s, *curves.cop_forward_spread)
             else:
-                mean[here, k, 0] = length * np.interp(lean, LEAN, ROLL_OVER)
-                spread[here, k, 0] = np.interp(lean, *ROLL_OVER_SPREAD)
+                mean[here, k, 0] = length * np.interp(lean, LEAN, curves.roll_over)
+                spread[here, k, 0] = np.interp(lean, *curves.roll_over_spread)
             if scales.pace > 1.0:  # runners land on the heel like walkers but step in one line
                 continue
-            mean[here, k, 1] = outward * length * np.interp(s, STANCE_SHARE, COP_OUTWARD)
-            spread[here, k, 1] = np.interp(s, *COP_OUTWARD_SPREAD)
-            side[here, k] = -outward * np.interp(s, STANCE_SHARE, FORCE_INWARD)
+            mean[here, k, 1] = outward * length * np.interp(s, PHASE, curves.cop_outward)
+            spread[here, k, 1] = np.interp(s, *curves.cop_outward_spread)
+            side[here, k] = -outward * np.interp(s, PHASE, curves.force_inward)
             ahead = needs.rotation[here, :2, 0].mean(axis=0)
             forward[here, k] = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
     share = _usual_shares(needs, contacts, scales)
@@ -437,7 +411,7 @@ def _usual_shares(needs: RequiredForces, contacts, scales: ForceScales) -> np.nd
                 continue
             phase = (time - front.start) / (rear.stop - front.start)
             here = (phase >= 0.0) & (phase <= 1.0)
-            share = np.interp(phase[here], TRANSFER_PHASE, REAR_SHARE)
+            share = np.interp(phase[here], PHASE, scales.usual.rear_share)
             found[here, SIDES.index(rear.side)] = share
             found[here, SIDES.index(front.side)] = 1.0 - share
     return found

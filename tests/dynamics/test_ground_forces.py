@@ -11,13 +11,14 @@ from plantigrade.contact.ground import Ground
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
-from plantigrade.dynamics.force_program import COP_FORWARD, STANCE_SHARE, ForceProgram, ForceScales
+from plantigrade.dynamics.force_program import ForceProgram, ForceScales
 from plantigrade.dynamics.force_rows import Layout, PathPrior, objective
 from plantigrade.dynamics.ground_forces import estimate_forces
 from plantigrade.dynamics.load_intervals import Support
 from plantigrade.dynamics.loading import find_loading
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.required_forces import required_forces
+from plantigrade.dynamics.usual_stance import PHASE, UsualStance
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
@@ -282,7 +283,9 @@ def test_a_load_that_goes_over_late_and_at_once_is_seen():
         k, here = "rl".index(each.side), each.frames(time)
         gone[here, k] = each.share(time[here], each.stop - each.start)
         stands[here, k] = True
-        ahead = human.dimensions.foot_length * np.interp(gone[here, k], STANCE_SHARE, COP_FORWARD)
+        ahead = human.dimensions.foot_length * np.interp(
+            gone[here, k], PHASE, UsualStance().cop_forward
+        )
         arm[here, k, :2] = ahead[:, None] * needs.heading[here, k]
     both = stands.all(axis=1)
     inner = [run for run in runs(both) if run.start > 5 and run.stop < len(time) - 5]

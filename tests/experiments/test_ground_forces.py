@@ -45,6 +45,7 @@ def test_means_are_of_halves_of_the_people_and_judged(monkeypatch, tmp_path):
     monkeypatch.setattr(ground_forces, "trial_rows", rows)
     walked = [Row("slope 8° up", GIVEN + "vertical force, r", 0.987)]
     monkeypatch.setattr(ground_forces, "given_rows", lambda say: walked)
+    monkeypatch.setattr(ground_forces, "walks", lambda data: {})
     table = ground_forces.run(tmp_path)
     means = {(r.subject, r.quantity): r for r in table.rows if r.goal}
     assert len(means) == 8
