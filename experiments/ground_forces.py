@@ -15,6 +15,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
+from experiments.abrupt_transfers import transfer_rows
 from experiments.fit_accuracy import MOVEMENTS, SETTLED, WALKS
 from experiments.force_figures import (
     AHEAD,
@@ -31,7 +32,7 @@ from experiments.gait_forces import STANCES
 from experiments.given_ground import GROUNDS, on_ground
 from experiments.left_out import left_out_rows, left_out_sheet
 from experiments.recording_ends import END_DURATION, phase_rows
-from experiments.table import ResultTable, Row, over_trials, sheet
+from experiments.table import ResultTable, Row, over_trials, sheet, sheets_of
 from plantigrade.analyze.force_tilt import MAX_TILT, force_tilt, levelled
 from plantigrade.analyze.gait_forces import ForceComparison, compare_forces
 from plantigrade.analyze.trial import Trial, analyse
@@ -86,6 +87,8 @@ NOTES = (
     "Movements other than walking have rows of their own and are in no mean of a half.",
     "On given ground: walks generated there, whose forces are exact, recorded with the markers and "
     "the faults of a laboratory; without --quick.",
+    "Where load goes over otherwise: in double supports with both feet on plates the rear foot has "
+    "another share of the load, and the net moment what follows from it.",
     "Each source with constants of all others: usual curves of the feet measured on their plates, "
     "bands as wide as 90 % of their measured values need. Scales of the program and spreads of the "
     "curves are the shipped ones, which were chosen by hand on the settled half.",
@@ -123,8 +126,13 @@ def run(
     for words, found in groups.items():
         rows += _judged(words, found, (AHEAD, *BANDS))
     sheets = _sheets(values, {**means, **groups})
-    if not quick and (left_out := left_out_rows(walks(data))):
+    if not quick and (trials := walks(data)):
+        left_out = left_out_rows(trials)
         rows, sheets = [*rows, *left_out], (*sheets, left_out_sheet(left_out))
+        for half, own in halves.items():
+            changed = transfer_rows({name: trials[name] for name in own if name in trials})
+            title = f"Vertical force where load goes over otherwise, {half}"
+            rows, sheets = [*rows, *changed], (*sheets, *sheets_of(title, changed))
     return replace(table, rows=[*table.rows, *rows], sheets=sheets)
 
 

@@ -194,7 +194,9 @@ class ForceProgram:
             w[rows] = np.sqrt(self.dt) / scale.get(name, usual)
         for name, rows in self.blocks.items():
             if name.startswith(("bend", "rate", "share")):
-                w[rows] /= self.bending[self.place[name][0]]
+                # a load that goes over in another way says nothing of the usual shares
+                power = 2 if name == "share" else 1
+                w[rows] /= self.bending[self.place[name][0]] ** power
         for name, rows in self.blocks.items():
             if not name.startswith(("bend", "noise", "free", "shift", "offset")):
                 w[rows] *= self._recorded(name)
