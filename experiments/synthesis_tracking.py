@@ -30,6 +30,10 @@ from plantigrade.analyze.gait_forces import ForceComparison
 from plantigrade.analyze.reproduction import Comparison
 from plantigrade.analyze.trial import Trial
 from plantigrade.constants import SIDES
+from plantigrade.kinematics.contacts import stances
+from plantigrade.kinematics.foot_flat import MID_STANCE
+from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.motion import Motion
 from plantigrade.ordered_tasks.phases import walking_events
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.settings import TrackSettings
@@ -61,7 +65,23 @@ PROGRAM = "program alone: "
 FIGURES = (*FORCES, *MOMENTS)
 ANKLE_RMS = "ankle angle from the recording, RMS of the worse foot"
 ANKLE_RANGE = "ankle, range of motion from the recorded one, worse foot"
+KNEE_RMS, HIP_RMS = (
+    f"{j} flexion from the recording, RMS of the worse leg" for j in ("knee", "hip")
+)
+KNEE_RANGE, HIP_RANGE = (
+    f"{j} flexion, range of motion from the recorded one, worse leg" for j in ("knee", "hip")
+)
+JOINTS = (
+    ("ankle_angle", ANKLE_RMS, ANKLE_RANGE),
+    ("knee_angle", KNEE_RMS, KNEE_RANGE),
+    ("hip_flexion", HIP_RMS, HIP_RANGE),
+)
 FLAT, FLAT_RECORDED = "heel strike to foot flat", "heel strike to foot flat, recorded"
+FLAT_LATE = "foot flat later than recorded, worse foot"
+OFF_LATE = "toes rise later than recorded, worst step"
+MAX_EVENT_ERROR = 15.0  # largest error of foot flat and toe-off [ms]
+RISEN = 0.010  # height of the toes above their level in midstance that counts as risen [m]
+NEAR_TOE_OFF = 0.15  # largest time between toe-off and that [s]
 PEOPLE_FLAT = "80–120"  # heel strike to foot flat of healthy adults [ms]
 
 NOTES = (
@@ -106,7 +126,7 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     solution, record = tracked.solution, tracked.record()
     verdict = check(record)
     faults = "" if verdict.ok else "; ".join(verdict.sentences()[:3])
-    rows = angle_rows(name, tracked.against_recording)
+    rows = angle_rows(name, tracked.against_recording) + toe_off_rows(name, tracked)
     if name in WALKS and tracked.walk.measured is not None:
         rows += _figures(name, tracked.against_plates(), "")
         rows += _figures(name, tracked.estimate_against_plates(), PROGRAM)
@@ -124,19 +144,57 @@ def trial_rows(path: Path, name: str) -> list[Row]:
 
 
 def angle_rows(name: str, held: Comparison) -> list[Row]:
-    """Return how far ankles and feet are from the recorded ones; foot flat where somebody walks."""
-    ankles = [f"ankle_angle_{side}" for side in SIDES]
-    rms = max(held.rmse[ankle] for ankle in ankles)
-    off = max((held.rom_error[ankle] for ankle in ankles), key=abs)
-    rows = [
-        at_most(name, ANKLE_RMS, rms, 2.5, "deg"),
-        replace(within(name, ANKLE_RANGE, off, 5.0, "deg"), goal="<= 5 either way"),
-    ]
+    """Return how far legs and feet are from the recorded ones; foot flat where somebody walks."""
+    rows = []
+    for joint, rms_name, range_name in JOINTS:
+        own = [f"{joint}_{side}" for side in SIDES]
+        rms = max(held.rmse[angle] for angle in own)
+        off = max((held.rom_error[angle] for angle in own), key=abs)
+        most = at_most(name, rms_name, rms, 2.5, "deg")
+        rows.append(most if rms_name == ANKLE_RMS else Row(name, rms_name, rms, "deg"))
+        rows.append(replace(within(name, range_name, off, 5.0, "deg"), goal="<= 5 either way"))
     for quantity, k in ((FLAT, 0), (FLAT_RECORDED, 1)):
         seen = [1e3 * held.foot_flat[side][k] for side in SIDES]
         if np.isfinite(seen).any():
             rows.append(Row(name, quantity, float(np.nanmean(seen)), "ms"))
+    late = [1e3 * (a - b) for a, b in held.foot_flat.values() if np.isfinite(a - b)]
+    if late:
+        rows.append(_event_row(name, FLAT_LATE, max(late, key=abs)))
     return rows
+
+
+def toe_off_rows(name: str, tracked: Tracked) -> list[Row]:
+    """Return by how much toes rise later than recorded, the worst of all steps."""
+    found = tracked.compared().motion
+    late = []
+    for side in SIDES:
+        ours, theirs = (
+            _toes_rise(tracked, motion, side, found.time[-1]) for motion in (found, tracked.motion)
+        )
+        late += [1e3 * (a - b) for a, b in zip(ours, theirs, strict=True) if np.isfinite(a - b)]
+    return [_event_row(name, OFF_LATE, max(late, key=abs))] if late else []
+
+
+def _toes_rise(tracked: Tracked, motion: Motion, side: str, last: float) -> list[float]:
+    """Return when the toes are :data:`RISEN` above their level in midstance, of each step [s]."""
+    points = sole_paths(tracked.human, motion.qpos)
+    height = points.position[:, points.of(side, "toes"), 2].min(axis=1)
+    risen = []
+    for stance in stances(tracked.motion.events, side, tracked.start, last):
+        stop = stance.stop + NEAR_TOE_OFF
+        if not stance.whole or stance.start < tracked.start or stop > last:
+            continue
+        flat = [(motion.time >= stance.start + x).argmax() for x in MID_STANCE]
+        level = float(np.median(height[flat[0] : flat[1] + 1])) + RISEN
+        near = (motion.time >= stance.stop - NEAR_TOE_OFF) & (motion.time <= stop)
+        up = np.flatnonzero(near & (height > level))
+        risen.append(float(motion.time[up[0]]) if len(up) else np.nan)
+    return risen
+
+
+def _event_row(name: str, quantity: str, late: float) -> Row:
+    row = within(name, quantity, late, MAX_EVENT_ERROR, "ms")
+    return replace(row, goal=f"<= {MAX_EVENT_ERROR:g} either way")
 
 
 def span(trial: Trial, name: str) -> TrackSettings:

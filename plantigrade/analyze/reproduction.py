@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from plantigrade.analyze.curves import PELVIS
-from plantigrade.analyze.foot_flat import MID_STANCE, foot_flat_time
 from plantigrade.analyze.statistics import compare_curves
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import contact_sites
 from plantigrade.errors import ReproduceError
+from plantigrade.kinematics.foot_flat import MID_STANCE, foot_flat_time
 from plantigrade.kinematics.sole_paths import SitePoints, SolePaths
 from plantigrade.kinematics.state import sweep
 from plantigrade.kinematics.trajectory import Trajectory

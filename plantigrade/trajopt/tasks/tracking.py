@@ -65,7 +65,8 @@ from plantigrade.trajopt.terms.tracking import (
 
 TRACKING_WEIGHTS = {
     **dict.fromkeys(("pelvis_tx", "pelvis_ty", "pelvis_tz"), 10.0),  # a metre is more than a radian
-    "ankle_angle": 4.0,  # pitch of the foot: its range was 47 to 62° for 29 to 35° with 0.3
+    "ankle_angle": 8.0,  # pitch of the foot: its range is up to 5.5° too large with 4
+    "hip_flexion": 3.0,  # gives way to the ankle: its range is up to 6° too large with 1
     "subtalar_angle": 1.0,  # joints within the foot give way where the recorded one slides or sinks
     "mtp_angle": 0.5,
 }
@@ -107,7 +108,7 @@ class Tracking:
         """Return conditions and costs of tracking a motion with the forces expected of it."""
         return (
             Dynamics(),
-            OnGround(),
+            OnGround(soft_landing=False),  # at rest it would slow down, and be down, too early
             Limits(ranges={}),
             Track(times, q, self.weight, self.joints),
             TrackAcceleration(times, q, self.acceleration),

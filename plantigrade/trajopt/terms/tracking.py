@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.motion.motion import interpolate
 from plantigrade.trajopt.problem.builder import ProblemBuilder
@@ -91,7 +91,8 @@ class TrackFeet(Term):
     :math:`\sum_k (p_k - c) \times f_k` about the expected centre of pressure :math:`c`, less the
     free moment. A moment about :math:`c` is the load times how far off the centre of pressure is,
     so its error is that of the centre times the expected load. A load binds as far as it
-    is known.
+    is known. Where only the heel carries, the centre along x is where the heel is, and is not
+    weighed: it would unload a foot whose forefoot carries later than the tissue of a real one.
     """
 
     feet: FootWrenches  #: Expected wrenches
@@ -103,6 +104,7 @@ class TrackFeet(Term):
         family = b.add(_foot_wrenches(b, there.point))
         load = np.maximum(there.force[..., 2], MIN_POSITION_LOAD)
         turn = there.point_error[..., ::-1] * load[..., None]  # about x by the error along y
+        turn[_on_heel(b), 1] = np.inf
         error = np.concatenate([there.force_error, turn, there.torque_error[..., None]], axis=2)
         target = np.zeros_like(error)
         target[..., :3], target[..., 5] = there.force, there.torque
@@ -142,6 +144,17 @@ class TrackMoments(Term):
 
 
 MIN_POSITION_LOAD = 0.1  # [body weights] minimum load for a reliable centre of pressure
+
+
+def _on_heel(b: ProblemBuilder) -> Bool[Array, "n_nodes 2"]:
+    """Return where a foot stands, and nothing before its heel carries."""
+    found = np.zeros((len(b.nodes), len(SIDES)), dtype=bool)
+    for i, side in enumerate(SIDES):
+        for site in (s for s in b.body.sites if s.side == side and s.part == "heel"):
+            found[:, i] |= b.plan.standing(site, b.nodes)
+        for site in (s for s in b.body.sites if s.side == side and s.part != "heel"):
+            found[:, i] &= ~b.plan.carrying(site, b.nodes)
+    return found
 
 
 def _foot_wrenches(b: ProblemBuilder, points: Float[Array, "n_nodes 2 2"]) -> ConstraintFamily:
