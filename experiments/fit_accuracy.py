@@ -78,9 +78,10 @@ NOTES = (
     "OpenSim's knee there.",
     "Knee axis: adduction of the knee that correlates with its flexion (cross-talk) shows a turned "
     "axis. With the axis turned until adduction varies least (Baker 1999), the offset of hip "
-    "rotation is gone; its r hardly changes, because one thigh marker determines it. In "
-    "gaitalytics both epicondyles were recorded, and they are the reference: in stance with an "
-    "almost straight knee they turn as the shank does, the thigh marker does not.",
+    "rotation is gone; its r hardly changes, because one thigh marker determines it. Its knee "
+    "centre moves, too: in gaitalytics 6 deg of difference in knee flexion become 1 to 3. There "
+    "both epicondyles were recorded, and they are the reference: in stance with an almost straight "
+    "knee they turn as the shank does, the thigh marker does not.",
 )
 # Motions of other skeletons; those in which somebody walks become rows.
 SKELETONS = ("cmu_asfamc/*.amc", "cmu_bvh/*.bvh", "deepmimic/*.txt")

@@ -47,6 +47,8 @@ COLUMNS = {
     "stored off": "RMSE against it",
     "corrected": "against it corrected, r",
     "corrected off": "RMSE against it corrected",
+    "flexion": "knee flexion, ours less theirs, mean",
+    "flexion corrected": "ours less theirs corrected, mean",
     "epicondyles": "against the epicondyles, r",
     "bone stored": "in stance, Plug-in Gait against the shank, r",
     "bone epicondyles": "in stance, epicondyles against the shank, r",
@@ -151,7 +153,8 @@ def knee_axis_rows(name: str, trial: Trial, theirs: Paths) -> list[Row]:
         origins, axes = body_paths(record.human, record.motion.qpos, bodies)
         hip, knee, ankle = (path[seen] for path in centres)
         leg = Leg(axes[seen, 0], hip, ankle, marks[0][seen], side)
-        figures = _against_stored(leg, knee, angles[ours][seen])
+        flexion = angles[f"knee_angle_{side}"][seen]
+        figures = _against_stored(leg, knee, angles[ours][seen], flexion)
         if len(marks) == len(MARKS):
             medial, *malleoli = (path[seen] for path in marks[1:])
             shank = leg.segment(
@@ -163,7 +166,7 @@ def knee_axis_rows(name: str, trial: Trial, theirs: Paths) -> list[Row]:
     return rows
 
 
-def _against_stored(leg: Leg, knee: _Paths, ours: _Curve) -> dict[str, float]:
+def _against_stored(leg: Leg, knee: _Paths, ours: _Curve, flexion: _Curve) -> dict[str, float]:
     """Return the figures against the stored thigh, as it is and with the axis turned."""
     turn = leg.least_adduction(knee)
     stored, corrected = leg.thigh(knee), leg.thigh(leg.turned(knee, turn))
@@ -178,6 +181,8 @@ def _against_stored(leg: Leg, knee: _Paths, ours: _Curve) -> dict[str, float]:
         "stored off": first.rmse,
         "corrected": second.correlation,
         "corrected off": second.rmse,
+        "flexion": float(np.mean(flexion - stored.flexion)),
+        "flexion corrected": float(np.mean(flexion - corrected.flexion)),
     }
 
 
@@ -210,7 +215,8 @@ def _row(subject: str, figure: str, value: float) -> Row:
         return at_most(subject, quantity, abs(value), MAX_CROSS_TALK)
     if figure == "epicondyles":
         return at_least(subject, quantity, value, LEAST_R)
-    unit = "deg" if figure in ("adduction", "turn", "range") or figure.endswith("off") else ""
+    degrees = ("adduction", "turn", "range", "flexion", "flexion corrected")
+    unit = "deg" if figure in degrees or figure.endswith("off") else ""
     return Row(subject, quantity, value, unit)
 
 
