@@ -180,12 +180,14 @@ def _part(
     def slope(t: Array) -> Array:
         return start + t * rise + np.minimum(a + t[:, None] * b, 0.0) @ each
 
-    if slope(np.ones(1))[0] <= 0.0:
+    whole = slope(np.ones(1))[0]
+    if not np.isfinite(whole) or whole <= 0.0:
         return 1.0
     with np.errstate(divide="ignore", invalid="ignore"):
         ends = -a / b
     t = np.sort(np.concatenate([[0.0], ends[(ends > 0.0) & (ends < 1.0)], [1.0]]))
     steep = slope(t)
+    steep[-1] = whole
     i = max(int(np.searchsorted(steep > 0.0, True)), 1)
     low, high = steep[i - 1], steep[i]
     return float(t[i - 1] - low * (t[i] - t[i - 1]) / max(high - low, 1e-300))

@@ -235,3 +235,17 @@ def test_a_body_in_flight_falls(human):
     answer = WholeBody(human).solve(state, Touching(), desired=np.zeros(human.model.nv))
     fall = state.com_jacobian @ answer.qacc + state.com_bias_acceleration
     assert np.allclose(fall, [0.0, 0.0, -GRAVITY], atol=1e-8)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_shares_that_overflow_are_not_found_and_raise_nothing(seed):
+    """A body that is thrown about asks for more than numbers hold."""
+    rng, huge = np.random.default_rng(seed), 1e200
+    program = ShareProgram.of(
+        rng.normal(size=(6, 12)), huge * np.eye(6), np.full(12, 1e-3), huge * rng.normal(size=12)
+    )
+    program = program.and_rows(
+        rng.normal(size=(2, 12)), 1e-9 * np.eye(2), huge * rng.normal(size=2)
+    )
+    with np.errstate(all="ignore"):
+        assert not ShareSolver().solve(program)[2]
