@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from plantigrade.record.signal_registry import SIGNALS, Signal
+from plantigrade.record.signals import SIGNALS, Signal
 
 PAGE = Path(__file__).with_name("signals.md")
 HEADER = "| signal | shape | unit | meaning | drawn in |\n| --- | --- | --- | --- | --- |\n"

@@ -20,8 +20,7 @@ from plantigrade.constants import SIDES
 from plantigrade.dynamics.force_program import ForceScales
 from plantigrade.dynamics.ground_forces import estimate_forces
 from plantigrade.dynamics.inverse import inverse_dynamics
-from plantigrade.dynamics.load_intervals import usual_length
-from plantigrade.dynamics.loading import find_loading
+from plantigrade.dynamics.loading import find_loading, usual_length
 from plantigrade.dynamics.required_forces import RequiredForces, required_forces
 from plantigrade.dynamics.usual_stance import LEAN, PHASE, UsualStance
 from plantigrade.kinematics.ground_level import moving_ground

@@ -20,7 +20,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDE_NAMES, SIDES
 from plantigrade.dynamics.inverse import com_metrics
 from plantigrade.dynamics.plate_clock import MAX_CLOCK_RATE, clock_rate
-from plantigrade.models.usual_mass import usual_mass
+from plantigrade.models.stature import usual_mass
 from plantigrade.motion.event_timing import is_running
 from plantigrade.spatial.conventions import rotation_matrix
 

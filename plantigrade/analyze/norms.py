@@ -40,7 +40,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.models.anatomy import SPINE_PLANE
-from plantigrade.models.usual_mass import ADULT_AGE
+from plantigrade.models.stature import ADULT_AGE
 
 MIRRORED = ("pelvis_list", "pelvis_rotation")
 """Angles that change sign when left and right are exchanged."""

@@ -15,7 +15,7 @@ from plantigrade.dynamics.centroid import Centroid, centroid
 from plantigrade.dynamics.plate_clock import MIN_CORRECTION, clock_note, clock_offset, on_one_clock
 from plantigrade.dynamics.plates import FootForces, assign_plates, over_plates, sole_points
 from plantigrade.models import Human
-from plantigrade.models.usual_mass import usual_mass
+from plantigrade.models.stature import usual_mass
 from plantigrade.motion import ForcePlate, GaitEvent
 from plantigrade.motion.cycles import cut_cycles
 from plantigrade.motion.event_sources import as_measured, clock_shift, with_measured

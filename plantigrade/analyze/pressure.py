@@ -14,6 +14,7 @@ import numpy as np
 from plantigrade.analyze.sweep import Sweep, cross
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.record import Record
+from plantigrade.spatial.conventions import surface_axes
 
 
 def centre_of_pressure(record: Record, s: Sweep, least: float) -> Float[Array, "n 3"]:
@@ -53,7 +54,7 @@ def outside_support(
     Columns are the required centre under both feet, and those of the forces under the right and the
     left foot. Values are negative inside, and NaN without stance.
     """
-    plane = _tangents(record.ground.normal)
+    plane = surface_axes(record.ground.normal).T[:2]
     flat = s.point @ plane.T  # (n, k, 2)
     pushed = np.einsum("nki,nki->nk", s.force, s.normal)
     up = (s.root[:, :3] - np.where(_feet(record)[:, None], 0.0, s.force).sum(axis=1)) @ (
@@ -76,14 +77,6 @@ def outside_support(
 def _feet(record: Record) -> Bool[Array, " k"]:
     """Return which sites belong to a foot."""
     return np.array([site.side != "" for site in record.sites], bool)
-
-
-def _tangents(normal: Float[Array, " 3"]) -> Float[Array, "2 3"]:
-    """Return two axes along the plane."""
-    first = np.array([1.0, 0.0, 0.0]) if abs(normal[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
-    first = first - (first @ normal) * normal
-    first = first / np.linalg.norm(first)
-    return np.stack([first, np.cross(normal, first)])
 
 
 def distance_outside_hull(

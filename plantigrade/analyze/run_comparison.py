@@ -7,8 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.analyze.curve_difference import CurveDifference, curve_difference
-from plantigrade.analyze.curve_figures import FigureDifference, figure_differences
+from plantigrade.analyze.curve_difference import (
+    CurveDifference,
+    FigureDifference,
+    curve_difference,
+    figure_differences,
+)
 from plantigrade.analyze.norms import unit_of
 from plantigrade.analyze.pooled_gait import CURVES, Affected, Gait, gait_of, pooled, sides_of
 from plantigrade.constants import SIDES

@@ -15,8 +15,7 @@ from plantigrade.commands.batch_options import BatchOptions, batch_folder, batch
 from plantigrade.commands.live_options import LiveOptions, written_live
 from plantigrade.commands.options import PageOptions, command_line
 from plantigrade.commands.outcome import Outcome
-from plantigrade.commands.progress import Progress
-from plantigrade.commands.solver_watch import Watch
+from plantigrade.commands.progress import Progress, Watch
 from plantigrade.errors import ParameterError, known_names
 from plantigrade.options import Flag, optional, refuse_unknown
 from plantigrade.trajopt.tasks.settings import TASKS, TaskSettings

@@ -17,7 +17,7 @@ from plantigrade.dynamics.force_bands import (
     spread_of,
 )
 from plantigrade.dynamics.force_rows import N_GLOBAL, Layout, PathPrior, limits, objective
-from plantigrade.dynamics.load_intervals import Support, completed, usual_length
+from plantigrade.dynamics.loading import Support, completed, usual_length
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.quadratic import solve_quadratic
 from plantigrade.dynamics.required_forces import MIN_LEVEL_DIFFERENCE, RequiredForces

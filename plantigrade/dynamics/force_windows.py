@@ -15,7 +15,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.force_bands import Spread
 from plantigrade.dynamics.force_program import ForceProgram, ForceScales
-from plantigrade.dynamics.load_intervals import Support
+from plantigrade.dynamics.loading import Support
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.required_forces import RequiredForces
 from plantigrade.models import Human

@@ -40,8 +40,7 @@ from plantigrade.dynamics.centroid import check_motion
 from plantigrade.dynamics.force_bands import BandFactors, half_widths, resampled
 from plantigrade.dynamics.force_program import MIN_PRESSURE_LOAD, ForceScales
 from plantigrade.dynamics.force_windows import solve_in_windows
-from plantigrade.dynamics.load_intervals import Support
-from plantigrade.dynamics.loading import find_loading
+from plantigrade.dynamics.loading import Support, find_loading
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.required_forces import RequiredForces, required_forces
 from plantigrade.errors import ParameterError

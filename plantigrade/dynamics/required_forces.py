@@ -11,7 +11,7 @@ from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.contact.site import contact_sites
 from plantigrade.dynamics.centroid import root_wrench_at
-from plantigrade.dynamics.load_intervals import Support
+from plantigrade.dynamics.loading import Support
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human

@@ -12,7 +12,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import FileError
-from plantigrade.io.siblings import Siblings
+from plantigrade.io.companions import Siblings
 from plantigrade.io.skeletons import euler_rotation
 from plantigrade.io.text import read_text
 

@@ -9,7 +9,7 @@ from plantigrade.contact.ground import Ground
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.person import Person
-from plantigrade.models.usual_mass import usual_mass
+from plantigrade.models.stature import usual_mass
 from plantigrade.motion import Markers, Recording, Subject
 
 _Known = TypeVar("_Known", Person, Subject)

@@ -7,8 +7,7 @@ from plantigrade.kinematics.unmeasured_joints import bodies_of
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.person import Person
-from plantigrade.models.stature import stature_from_legs
-from plantigrade.models.usual_mass import CHILD_TO_ADULT_STATURES, usual_mass
+from plantigrade.models.stature import CHILD_TO_ADULT_STATURES, stature_from_legs, usual_mass
 from plantigrade.notes import Info
 
 LEG_LENGTHS = ("thigh", "shank", "ankle_height", "foot_length", "foot_width", "pelvis_height",

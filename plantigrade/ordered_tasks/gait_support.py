@@ -27,7 +27,7 @@ from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.intervals import ContactInterval, grouped
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
-from plantigrade.dynamics.load_intervals import EARLY_LOAD, LATE_LOAD
+from plantigrade.dynamics.loading import EARLY_LOAD, LATE_LOAD
 from plantigrade.kinematics.state import sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.ordered_tasks.gait_reference import GaitReference

@@ -2,7 +2,7 @@
 
 import math
 
-from plantigrade.analyze.curve_figures import FigureDifference
+from plantigrade.analyze.curve_difference import FigureDifference
 from plantigrade.analyze.norms import unit_of
 from plantigrade.analyze.run_comparison import RunComparison
 from plantigrade.charts.labels import title_of

@@ -36,7 +36,7 @@ from plantigrade.motion.motion import Motion
 from plantigrade.notes import Info
 from plantigrade.record.conditions import Condition
 from plantigrade.record.record import Limits, Record
-from plantigrade.record.signal_registry import USER, signal_of
+from plantigrade.record.signals import USER, signal_of
 
 SIGNAL = "signal/"  #: Beginning of the key of a signal
 

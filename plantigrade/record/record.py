@@ -74,7 +74,7 @@ class Record:
         conditions: Conditions of the task, on the clock of ``motion``.
         signals: Further results by name, as arrays of numbers or words: residuals of tasks, the
             history of a solver, the state of a controller. Their names, units and shapes are those
-            of :data:`~plantigrade.record.signal_registry.SIGNALS`; your own begin with ``user.``.
+            of :data:`~plantigrade.record.signals.SIGNALS`; your own begin with ``user.``.
         references: Other motions of the same Human by name, on clocks of their own: the recorded
             motion of a reproduced one.
         recorded_markers: The recorded markers, on the frames of ``motion``.

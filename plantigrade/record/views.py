@@ -14,7 +14,7 @@ from plantigrade.constants import SIDES
 from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.extras import require
 from plantigrade.motion.views import curves_of, dataframe, plot_curves, summary
-from plantigrade.record.signal_registry import signal_of
+from plantigrade.record.signals import signal_of
 
 AXES = {"forward": 0, "sideways": 1, "up": 2}
 _MOMENT, _FORCE = "_moment", "ground_force_"

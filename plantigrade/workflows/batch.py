@@ -22,8 +22,7 @@ from plantigrade.record.batch import BatchFolder, Row
 from plantigrade.record.jobs import Done, Workers
 from plantigrade.record.metrics import METRICS
 from plantigrade.record.provenance import sha256_of
-from plantigrade.workflows.batch_items import Group, Item, Result
-from plantigrade.workflows.batch_pace import Pace
+from plantigrade.workflows.batch_items import Group, Item, Pace, Result
 from plantigrade.workflows.batch_work import Keep, Kept, Made, Work, made, unpack
 
 ITEMS_AHEAD = 32

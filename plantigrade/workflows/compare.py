@@ -27,7 +27,7 @@ def compare(*runs: Given | Sequence[Given], affected: Affected | None = None) ->
 
     Each later gait is compared with the first. Differences have a band of 95 % confidence for the
     whole curve (:mod:`plantigrade.analyze.curve_difference`), and range, peak and time of the peak
-    a test (:mod:`plantigrade.analyze.curve_figures`).
+    a test (:mod:`plantigrade.analyze.curve_difference`).
 
     Args:
         runs: Runs or their folders, of any kind; a folder of several runs, such as that of a

@@ -1,24 +1,31 @@
 """Many gaits reproduced: a batch, and a study with statistics and the paper's table."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from functools import partial
+from dataclasses import dataclass, field
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from plantigrade.analyze.reproduction import compare
+from plantigrade import __version__
+from plantigrade.analyze.gait_study import Study, study
+from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.errors import ParameterError
+from plantigrade.io.writing import csv_text
 from plantigrade.pages.batch import REPRODUCED
+from plantigrade.pages.study import Gait, study_html
 from plantigrade.record import Run
 from plantigrade.record.batch import BatchFolder
 from plantigrade.record.inputs import Inputs, names_of
 from plantigrade.record.jobs import Workers
+from plantigrade.record.provenance import source_files
 from plantigrade.signatures import takes
 from plantigrade.workflows.batch import Batch, BatchSettings, Concluded, Plan
 from plantigrade.workflows.batch_items import Group, Item, content_key
 from plantigrade.workflows.fit_many import contents, recordings, settings_key
 from plantigrade.workflows.reproduce import run_reproduction
 from plantigrade.workflows.settings import ReproduceSettings
-from plantigrade.workflows.study import GaitStudy, Member, study_files
+
+PAGE, TABLE = "study.html", "study.csv"
 
 
 @takes(BatchSettings, ReproduceSettings)
@@ -97,3 +104,125 @@ def _study(
     found = GaitStudy(tuple(members), left_out)
     pages = study_files(found, str(counts["status"]), settings, command)
     return Concluded(pages, found.metrics(), found.table_text())
+
+
+@dataclass(frozen=True)
+class Member:
+    """One reproduced gait of a study."""
+
+    name: str  #: Its name, and that of its folder in the study
+    path: Path  #: The recording
+    comparison: Comparison = field(repr=False)  #: The reproduced gait against the recorded one
+    metrics: dict[str, Any] = field(repr=False)  #: Those of its run
+
+    @property
+    def problem(self) -> str:
+        """Why it does not count in the statistics; empty where it does."""
+        if self.metrics["motion_status"] != "ok":
+            return str(self.metrics["motion_status"])
+        return "" if self.comparison.cycles else "it holds no complete gait cycle"
+
+
+@dataclass(frozen=True)
+class GaitStudy:
+    """Several reproduced gaits."""
+
+    members: tuple[Member, ...]  #: Those that were reproduced
+    left_out: dict[str, str]  #: Recording → why it could not be
+
+    @property
+    def counted(self) -> tuple[Member, ...]:
+        """Those whose angles count: a valid motion without forces, and a complete gait cycle."""
+        return tuple(member for member in self.members if not member.problem)
+
+    @cached_property
+    def study(self) -> Study | None:
+        """The statistics; None where no gait counts."""
+        counted = self.counted
+        if not counted:
+            return None
+        return study([m.name for m in counted], [m.comparison for m in counted])
+
+    def metrics(self) -> dict[str, Any]:
+        """Return the figures of the study."""
+        found: dict[str, Any] = {
+            "reproduced_count": len(self.members),
+            "counted_count": len(self.counted),
+        }
+        if self.study is not None:
+            found |= self.study.metrics()
+        times = [m.metrics.get("seconds", {}) for m in self.counted]
+        found["seconds"] = {
+            key: sum(values) / len(values)
+            for key in ("cycle", "tick_solver", "tick_kinematics")
+            if (values := [time[key] for time in times if key in time])
+        }
+        return found
+
+    def table_rows(self) -> tuple[list[str], list[list[Any]]]:
+        """Return Table I as names of columns and rows of plain values; empty where none counts."""
+        header = [
+            "rotation", "coordinate", "simulated_deg", "simulated_sd_deg", "reference_deg",
+            "reference_sd_deg", "difference_deg", "difference_abs_deg", "low_95_deg",
+            "high_95_deg", "shapiro_p", "test", "p", "identical", "rmse_deg", "correlation",
+            "paper_simulated_deg", "paper_reference_deg", "paper_difference_deg",
+            "paper_identical",
+        ]  # fmt: skip
+        rows = [
+            [
+                r.label, r.coordinate, r.simulated, r.simulated_sd, r.reference, r.reference_sd,
+                r.difference, r.difference_abs, *r.interval, r.shapiro_p, r.test, r.p,
+                r.identical, r.rmse, r.correlation, r.paper.simulated, r.paper.reference,
+                r.paper.difference, r.paper.identical,
+            ]
+            for r in (self.study.rows if self.study is not None else ())
+        ]  # fmt: skip
+        return header, rows
+
+    def table_csv(self) -> str:
+        """Return Table I as CSV; what is not known is empty."""
+        return csv_text(*self.table_rows())
+
+    def table_text(self) -> list[str]:
+        """Return Table I as lines to print."""
+        if self.study is None:
+            return ["  no gait counts in the statistics: none is valid with a whole cycle"]
+        lines = [
+            f"  {'range of motion [°]':22}{'sim':>6}{'ref':>6}{'diff':>7}{'RMSE':>6}{'r':>6}"
+            f"{'p':>7}   paper: sim ref diff"
+        ]
+        for r in self.study.rows:
+            p = "–" if r.p is None else f"{r.p:.3f}"
+            mark = "‡" if r.identical else " "
+            printed = "‡" if r.paper.identical else " "
+            lines.append(
+                f"  {r.label:22}{r.simulated:6.1f}{r.reference:6.1f}{r.difference:+7.1f}"
+                f"{r.rmse:6.1f}{r.correlation:6.2f}{p:>7}{mark}  {r.paper.simulated:9d}"
+                f"{r.paper.reference:4d}{r.paper.difference:5d}{printed}"
+            )
+        n = len(self.counted)
+        tested = any(r.p is not None for r in self.study.rows)
+        said = "‡ no significant difference at 5 %" if tested else "nothing was tested"
+        lines.append(f"  {n} gait{'' if n == 1 else 's'}; {said}")
+        return lines
+
+
+def study_files(
+    found: GaitStudy, status: str, settings: ReproduceSettings, command: str
+) -> dict[str, str]:
+    """Return page and table of a study by name; ``settings`` are those of all gaits."""
+    provenance = {
+        "version": __version__,
+        "command": command,
+        "settings": settings.plain(),
+        "source_files": source_files([m.path for m in found.members]),
+    }
+    page = study_html(
+        found.study,
+        [Gait(m.name, m.problem, m.metrics, m.comparison, m.name) for m in found.members],
+        found.left_out,
+        tasks=settings.tasks,
+        status=status,
+        provenance=provenance,
+    )
+    return {PAGE: page, TABLE: found.table_csv()}

@@ -16,6 +16,7 @@ from plantigrade.world.controller import (
     InitialState,
     Rates,
     Summary,
+    Target,
     WrappedController,
     controller_from,
 )
@@ -27,7 +28,6 @@ from plantigrade.world.rope import Rope
 from plantigrade.world.simulated_world import SimulatedWorld
 from plantigrade.world.standing import fit_soles, on_ground, standing_on
 from plantigrade.world.state import State
-from plantigrade.world.target import Target
 from plantigrade.world.world import World
 from plantigrade.world.world_for import world_for
 

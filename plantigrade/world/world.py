@@ -27,7 +27,7 @@ from plantigrade.models import Human
 from plantigrade.models.mujoco_warnings import collected_warnings
 from plantigrade.record import Record
 from plantigrade.record.scene_objects import PLACES
-from plantigrade.record.signal_registry import CONTROLLER
+from plantigrade.record.signals import CONTROLLER
 from plantigrade.threads import on_one_thread
 from plantigrade.world.actuators import Actuators
 from plantigrade.world.command import AnyCommand, Command

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from plantigrade.commands import main as cli
-from plantigrade.commands.progress import Progress
-from plantigrade.commands.solver_watch import Watch
+from plantigrade.commands.progress import Progress, Watch
 from plantigrade.commands.synthesize import SUBCOMMANDS, parse
 from tests.conftest import QUICK_WALK
 

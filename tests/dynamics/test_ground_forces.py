@@ -14,8 +14,7 @@ from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.force_program import ForceProgram, ForceScales
 from plantigrade.dynamics.force_rows import Layout, PathPrior, objective
 from plantigrade.dynamics.ground_forces import estimate_forces
-from plantigrade.dynamics.load_intervals import Support
-from plantigrade.dynamics.loading import find_loading
+from plantigrade.dynamics.loading import Support, find_loading
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.required_forces import required_forces
 from plantigrade.dynamics.usual_stance import PHASE, UsualStance

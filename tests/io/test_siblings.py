@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from plantigrade.io.asf import find_asf
-from plantigrade.io.companions import candidates
-from plantigrade.io.siblings import MAX_CANDIDATES
+from plantigrade.io.companions import MAX_CANDIDATES, candidates
 from plantigrade.io.subjects import subjects
 from plantigrade.motion import Markers, Recording, Subject
 

@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import ParameterError
-from plantigrade.record.signal_registry import SIGNALS, signal_of
-from plantigrade.record.signals import check_signals
+from plantigrade.record.signals import SIGNALS, check_signals, signal_of
 from tests.nasty import runs
 from tests.nasty.judge import findings
 from tests.nasty.targets import run_folder

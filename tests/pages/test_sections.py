@@ -18,7 +18,7 @@ from plantigrade.pages.section import Subject, draw_all
 from plantigrade.pages.sections import SECTIONS
 from plantigrade.pages.sections.contacts import centre_of_pressure, inside_support, site_points
 from plantigrade.pages.text import sided_title
-from plantigrade.record.signal_registry import SIGNALS
+from plantigrade.record.signals import SIGNALS
 from tests.nasty.runs import whole_run
 from tests.pages.runs import CHECKED, estimated, fitted, from_tasks, solved
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from plantigrade.errors import ParameterError
-from plantigrade.record.signal_registry import SIGNALS, signal_of
+from plantigrade.record.signals import SIGNALS, signal_of
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 

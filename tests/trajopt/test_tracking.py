@@ -11,7 +11,7 @@ from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.ground_forces import estimate_forces
-from plantigrade.dynamics.load_intervals import EARLY_LOAD
+from plantigrade.dynamics.loading import EARLY_LOAD
 from plantigrade.errors import ParameterError, ReproduceError
 from plantigrade.kinematics.foot_flat import foot_flat_time
 from plantigrade.kinematics.sole_paths import lowest

@@ -13,7 +13,7 @@ from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.pages.section import Section, Subject
 from plantigrade.pages.sections.cycles import chosen, curve_figure, cycle_caption
 from plantigrade.pages.text import rounded_text, signed_text
-from plantigrade.record.signal_registry import SIGNALS
+from plantigrade.record.signals import SIGNALS
 
 TITLE = SIGNALS["norms.mean"].section
 PLANES = ("sagittal plane", "frontal plane", "transverse plane")

@@ -19,7 +19,7 @@ from plantigrade.constants import SIDE_NAMES
 from plantigrade.motion.views import curves_of
 from plantigrade.pages.section import Section, Subject, needs
 from plantigrade.pages.sections.pushes import LEGEND, push_shades
-from plantigrade.record.signal_registry import SIGNALS
+from plantigrade.record.signals import SIGNALS
 from plantigrade.side_names import side_of, without_side
 
 OTHERS = (

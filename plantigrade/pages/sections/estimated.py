@@ -16,7 +16,7 @@ from plantigrade.motion.cycles import PERCENT, normalise_cycles
 from plantigrade.pages.section import Section, Subject, needs
 from plantigrade.pages.text import sided_title
 from plantigrade.record import Record
-from plantigrade.record.signal_registry import SIGNALS
+from plantigrade.record.signals import SIGNALS
 
 AXES = {2: "vertical", 0: "forward", 1: "sideways (left positive)"}
 FORCES, MOMENTS = (SIGNALS[f"forces.{name}"].section for name in ("band", "moment_band"))

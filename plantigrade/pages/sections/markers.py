@@ -7,7 +7,7 @@ from plantigrade.charts import Figure, Series, bar_plot, line_plot
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKE_RIGHT
 from plantigrade.pages.section import Section, Subject
 from plantigrade.record import Record
-from plantigrade.record.signal_registry import SIGNALS
+from plantigrade.record.signals import SIGNALS
 
 TITLE = SIGNALS["markers.residual"].section
 

@@ -11,7 +11,7 @@ from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.motion.filters import runs
 from plantigrade.pages.section import Section, Subject, needs
 from plantigrade.pages.text import place_text, task_text
-from plantigrade.record.signal_registry import SIGNALS
+from plantigrade.record.signals import SIGNALS
 
 MIN_DRAWN = 1e-8  # smaller residuals are rounding errors and drawn at this value
 MAX_PHASES = 60  # maximum number of phases in the timeline

@@ -6,7 +6,7 @@ from plantigrade.charts import Figure, Series, line_plot
 from plantigrade.charts.theme import PALETTE
 from plantigrade.pages.section import Section, Subject, needs
 from plantigrade.pages.text import rounded_text
-from plantigrade.record.signal_registry import SIGNALS
+from plantigrade.record.signals import SIGNALS
 
 
 @needs("vault.joints", "vault.activation")

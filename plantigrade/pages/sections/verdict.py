@@ -17,7 +17,7 @@ from plantigrade.pages.text import (
     rounded_text,
     sided_title,
 )
-from plantigrade.record.signal_registry import SIGNALS
+from plantigrade.record.signals import SIGNALS
 from plantigrade.side_names import side_of, without_side
 
 MIN_DRAWN = 1e-9  # smaller violations are drawn at this value

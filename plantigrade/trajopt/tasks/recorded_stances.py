@@ -11,7 +11,7 @@ from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.intervals import ContactInterval, grouped
 from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.contact.site import foot_sites
-from plantigrade.dynamics.load_intervals import EARLY_LOAD
+from plantigrade.dynamics.loading import EARLY_LOAD
 from plantigrade.kinematics.contacts import foot_contacts
 from plantigrade.kinematics.foot_flat import foot_flat_time
 from plantigrade.kinematics.sole_paths import SolePaths, sole_paths

@@ -27,7 +27,7 @@ every sample: the vertical force is 2 % of body weight at each of them, and 170 
 
 **Posture.** Where the legs hang, Eq. 15 hardly cares how pelvis, trunk and legs are turned, and its
 optimum bends the trunk by 60° to save a newton metre. A small cost of angles away from the neutral
-pose (:data:`POSTURE`; zero for Eq. 15 alone) takes that out and halves the iterations. The
+pose (:data:`POSTURE`) takes that out and halves the iterations. The
 objective in tables is Eq. 15 alone.
 
 **Feet that stand still.** Positions (22) and velocities (23) of both feet at all samples are more
@@ -102,14 +102,12 @@ def boundary(body: PaperBody, motion: PaperMotion, start: Pose, end: Pose) -> Co
     return rows
 
 
-def coordinates(
-    body: PaperBody, motion: PaperMotion, start: Pose, end: Pose, posture: float = 0.0
-) -> ConstraintFamily:
+def coordinates(body: PaperBody, motion: PaperMotion, start: Pose, end: Pose) -> ConstraintFamily:
     """Return the limits of coordinates between start and end (Eq. 18), and the cost of posture."""
     rows = _rows(body, motion, "coordinates", body.inputs[0], body.names, "deg", 180 / np.pi)
     rows.lower[1:-1], rows.upper[1:-1] = limits(body, motion, start, end)
     angles = [i for i, n in enumerate(body.names) if n not in TRANSLATIONS]
-    rows.weight[1:-1, angles] = 2.0 * posture
+    rows.weight[1:-1, angles] = 2.0 * POSTURE
     rows.target[:] = body.neutral
     return rows
 
@@ -121,7 +119,7 @@ def rates(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     return rows
 
 
-def forces(body: PaperBody, motion: PaperMotion, polygon: str) -> ConstraintFamily:
+def forces(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     """Return the limits of generalised forces (Eq. 19), the objective (Eq. 15) and the edges.
 
     The rows after the generalised forces are, for every edge of the support polygon, the moment
@@ -134,7 +132,7 @@ def forces(body: PaperBody, motion: PaperMotion, polygon: str) -> ConstraintFami
     where, half_planes = footholds(body, motion)[..., :2], []
     for k in range(motion.n_samples):
         feet = {s: where[k, 6 * i : 6 * i + 6] for i, s in enumerate(SIDES) if motion.contact[s][k]}
-        half_planes.append(edges(corners(feet, polygon)))
+        half_planes.append(edges(corners(feet)))
     n = max(len(each) for each in half_planes)
     parameters = np.zeros((motion.n_samples, 3 * n))
     for k, each in enumerate(half_planes):

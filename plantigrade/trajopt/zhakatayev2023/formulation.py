@@ -64,25 +64,21 @@ def formulate(
     motion: PaperMotion,
     *,
     basis: str = "trigonometric",
-    polygon: str = "quadrilateral",
-    posture: float = conditions.POSTURE,
 ) -> PaperProblem:
     """Return the problem of a motion.
 
     Args:
         basis: ``"trigonometric"`` or ``"polynomial"``.
-        polygon: ``"quadrilateral"`` or ``"hull"``.
-        posture: Cost of angles away from the neutral pose [1/rad²]; zero for Eq. 15 alone.
 
     Raises:
-        ParameterError: If the basis or the polygon is unknown.
+        ParameterError: If the basis is unknown.
     """
     start, end = poses(body, motion)
     rows = (
         conditions.boundary(body, motion, start, end),
-        conditions.coordinates(body, motion, start, end, posture),
+        conditions.coordinates(body, motion, start, end),
         conditions.rates(body, motion),
-        conditions.forces(body, motion, polygon),
+        conditions.forces(body, motion),
         conditions.pelvis(body, motion),
         conditions.floor(body, motion),
         conditions.places(body, motion),

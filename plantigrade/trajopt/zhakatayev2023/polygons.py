@@ -10,7 +10,7 @@ c) one foot: heel and toes.
 
 The figure is a picture and the text does not list the corners of case a; heel behind and toes in
 front are the two edges that a step rolls over, and between them everything is inside the convex
-hull of both feet. The hull itself is there too: it is what physics allows.
+hull of both feet.
 """
 
 import numpy as np
@@ -19,28 +19,21 @@ from scipy.spatial import ConvexHull
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 
-POLYGONS = ("quadrilateral", "hull")
 # places among the six points of a foot
 _HEEL_INNER, _HEEL_OUTER, _TOE_INNER, _TOE_OUTER = 0, 1, 4, 5
 
 
-def corners(
-    feet: dict[str, Float[Array, "6 2"]], kind: str = "quadrilateral"
-) -> Float[Array, "n_corners 2"]:
+def corners(feet: dict[str, Float[Array, "6 2"]]) -> Float[Array, "n_corners 2"]:
     """Return the corners of the support polygon of feet that stand, counterclockwise, world [m].
 
     The six points of a foot are in the order of
     :data:`~plantigrade.trajopt.zhakatayev2023.body.CONTACTS`.
 
     Raises:
-        ParameterError: If no foot stands, or the kind is unknown.
+        ParameterError: If no foot stands.
     """
-    if kind not in POLYGONS:
-        raise ParameterError(f"{kind=} of a polygon must be one of {', '.join(POLYGONS)}")
     if not feet:
         raise ParameterError("no foot stands: there is no support polygon")
-    if kind == "hull":
-        return convex(np.vstack(list(feet.values())))
     if len(feet) == 1:
         (foot,) = feet.values()
         return convex(foot[[_HEEL_INNER, _HEEL_OUTER, _TOE_INNER, _TOE_OUTER]])

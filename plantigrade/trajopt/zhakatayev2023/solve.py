@@ -37,7 +37,7 @@ from plantigrade.trajopt.zhakatayev2023.between_samples import (
     course,
 )
 from plantigrade.trajopt.zhakatayev2023.body import PaperBody
-from plantigrade.trajopt.zhakatayev2023.conditions import POSTURE, TORQUE
+from plantigrade.trajopt.zhakatayev2023.conditions import TORQUE
 from plantigrade.trajopt.zhakatayev2023.formulation import PaperProblem, formulate
 from plantigrade.trajopt.zhakatayev2023.motions import PaperMotion, paper_task
 from plantigrade.trajopt.zhakatayev2023.staged import StagedResult, solve_staged
@@ -124,8 +124,6 @@ def paper_motion(
     task: str,
     basis: str = "trigonometric",
     *,
-    polygon: str = "quadrilateral",
-    posture: float = POSTURE,
     say: Callable[[str], None] = lambda _: None,
     callback: Callable[[Any], bool | None] | None = None,
     **options: Any,
@@ -136,8 +134,6 @@ def paper_motion(
         human: The person; feet of two segments.
         task: ``"walk"``, ``"sit-to-stand"``, ``"side-step"`` or ``"jump"``.
         basis: ``"trigonometric"`` or ``"polynomial"``.
-        polygon: ``"quadrilateral"``, as in the paper, or ``"hull"``.
-        posture: Cost of angles away from the neutral pose [1/rad²]; zero for Eq. 15 alone.
         say: Called with a line after every try of a stage.
         callback: Called after every iteration; True stops.
         options: Further ones of :func:`~plantigrade.trajopt.zhakatayev2023.staged.solve_staged`.
@@ -146,7 +142,7 @@ def paper_motion(
         ParameterError: If the paper has no such motion, or the person other feet.
     """
     body, motion = PaperBody.of(human), paper_task(task)
-    paper = formulate(body, motion, basis=basis, polygon=polygon, posture=posture)
+    paper = formulate(body, motion, basis=basis)
     return PaperSolution(paper, solve_staged(paper, say=say, callback=callback, **options))
 
 
