@@ -14,6 +14,7 @@ from plantigrade.control.gait.phase import Foot
 from plantigrade.control.gait.reference import STEP, ReferenceSettings, reference_of
 from plantigrade.control.gait.swing import SwingOffset
 from plantigrade.control.pendulum import Pendulum, PendulumSettings, walk_of
+from plantigrade.control.pendulum.feet import levelled
 from plantigrade.control.pendulum.hold import CommandHold
 from plantigrade.control.pendulum.reference import with_feasible_com
 from plantigrade.control.pendulum.summary import Footfall, walk_summary
@@ -24,7 +25,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.record import Run
-from plantigrade.spatial.conventions import about_vertical, turned
+from plantigrade.spatial.conventions import about_axis, about_vertical, turned
 from plantigrade.workflows.simulate import simulate
 from plantigrade.world import Push, StablePD, World
 
@@ -302,6 +303,16 @@ def test_a_foot_that_goes_its_own_way_moves_smoothly_whatever_the_motion_does():
     assert np.linalg.norm(bends, axis=1).max() < 62.0  # its own 60 m/s², and rounding
     swing.lead(np.zeros(2), 0.3, step)
     assert swing.own is None  # along with the motion again
+
+
+def test_a_levelled_foot_loses_its_slope_and_keeps_its_heading():
+    slope, heading = np.radians([20.0, 35.0])
+    foot = about_vertical(heading) @ about_axis(np.array([0.0, 1.0, 0.0]), np.array([-slope]))[0]
+    for part in (0.0, 0.5, 1.0):
+        found = levelled(foot, part)
+        assert np.arccos(found[2, 2]) == pytest.approx((1.0 - part) * slope, abs=1e-6)
+        assert np.arctan2(found[1, 0], found[0, 0]) == pytest.approx(heading)
+        np.testing.assert_allclose(found @ found.T, np.eye(3), atol=1e-12)
 
 
 def test_a_foot_that_is_held_up_is_led_no_farther():

@@ -140,21 +140,16 @@ class Feet:
         part *= 1.0 - self.plan.recovery_share
         return np.eye(3) - part / (now @ now) * np.outer(now, now)
 
-    def _levelled(self, foot: Foot, rotation: Float[Array, "3 3"]) -> Float[Array, "3 3"]:
-        """Return the rotation of a swing foot, levelled at the end of a recovery step.
+    def _levelling(self, foot: Foot) -> float:
+        """Return how far a foot is levelled, at the end of the swing of a recovery step.
 
         After a far step the heel throws the forefoot down, and the ankle cannot hold it.
         """
+        if foot.in_stance:
+            return 0.0
         duration = max(foot.touchdown - foot.lift_off, 1e-3)
         left = (foot.touchdown - self.plan.gait.phase) / duration
-        part = self.plan.recovery_share * min(max(1.0 - left / self.settings.levelling, 0.0), 1.0)
-        if part <= 0.0:
-            return rotation
-        x, y, z = rotation[:, 2].tolist()
-        angle = part * atan2(hypot(x, y), z)
-        far = max(hypot(x, y), 1e-9)
-        normal = np.array([-x / far * sin(angle), -y / far * sin(angle), cos(angle)])
-        return tilt_to(normal) @ rotation
+        return self.plan.recovery_share * min(max(1.0 - left / self.settings.levelling, 0.0), 1.0)
 
     def rows(
         self,
@@ -185,11 +180,15 @@ class Feet:
             tilt, rotation = tilt_to(normal), ref.foot_rotation[i]
             if plan.foot_angle and not foot.in_stance:  # half of a turn's step before, half behind
                 rotation = about_vertical(plan.foot_angle) @ rotation
-            if not foot.in_stance:
-                rotation = self._levelled(foot, rotation)
+            desired, change = rate * ref.foot_angular_velocity[i], ref.foot_angular_acceleration[i]
+            level = self._levelling(foot)
+            if level > 0.0:  # a foot that is level no longer turns as recorded
+                rotation = levelled(rotation, level)
+                slower = np.array([1.0 - level, 1.0 - level, 1.0])
+                desired, change = slower * desired, slower * change
             error = rotation_to(tilt @ rotation, now)
-            desired = tilt @ (rate * ref.foot_angular_velocity[i]) + plan.turn_rate * normal
-            change = tilt @ (rate**2 * ref.foot_angular_acceleration[i])
+            desired = tilt @ desired + plan.turn_rate * normal
+            change = tilt @ (rate**2 * change)
             across = normal if foot.in_stance else None
             rows.append(tasks.rotation_rows(body, points, i, (error, desired, change), across))
             if not foot.in_stance:
@@ -210,3 +209,12 @@ class Feet:
                 gap = -float(soles.height[person.of_side[i]].min()) * normal
                 rows.append(tasks.position.of(points, i, (gap, still, still)).rows(body))
         return rows
+
+
+def levelled(rotation: Float[Array, "3 3"], part: float) -> Float[Array, "3 3"]:
+    """Return the rotation of a foot of whose slope a part is taken away."""
+    x, y, z = rotation[:, 2].tolist()
+    far = max(hypot(x, y), 1e-9)
+    angle = part * atan2(far, z)
+    normal = np.array([-x / far * sin(angle), -y / far * sin(angle), cos(angle)])
+    return tilt_to(normal) @ rotation

@@ -72,7 +72,8 @@ class SwingPathSettings:
     levelling: float = 0.5
     """Part of a swing, at its end, in which the foot of a recovery step is levelled: a heel that
     struck first after a far step threw the forefoot down by 20 rad/s, faster than the ankle can
-    hold it, with up to 9 body weights."""
+    hold it, with up to 9 body weights. Angular velocity and acceleration of the recording are taken
+    away with the slope: they kept heels 16° down, and the slap was of up to 10 body weights."""
     footstep_radius: float = 0.3
     """Distance from its footstep within which contact is a touchdown [leg lengths]."""
     grazing_lift: float = 0.05
