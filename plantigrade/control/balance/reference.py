@@ -10,7 +10,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
-from plantigrade.control.balance.postures import PostureSolverSettings, posture_step
+from plantigrade.control.balance.postures import posture_step
 from plantigrade.control.gait.loads import LoadSettings
 from plantigrade.control.gait.support import inside
 from plantigrade.kinematics.state import PointSet, State, sweep
@@ -111,11 +111,30 @@ def posture_reference(world: SimulatedWorld, qpos: Float[Array, " nq"]) -> Refer
     return PlatformReference(world, qpos)
 
 
+@dataclass(frozen=True, kw_only=True)
+class PlatformSettings:
+    """Inverse kinematics on a platform; feet and centre of mass have a weight of 1."""
+
+    pelvis_weight: float = 0.3
+    """Weight of the orientation of the pelvis [1/rad]. With a fifth of it relative to the feet,
+    as over posed feet, people fell from every plate that sways by 10°."""
+    joint_weight: float = 0.1
+    """Weight of every joint [1/rad]. From 0.03 to 0.3 people stand on all twelve plates of
+    ``experiment moving-slope``; with 0.01, as over posed feet, on none."""
+    n_iterations: int = 2
+    """Gauss-Newton steps of a tick. Chosen; four give the same."""
+
+
 class PlatformReference(Reference):
     """A posture on a platform that moves: feet go with it, the body stays upright above them."""
 
-    def __init__(self, world: SimulatedWorld, qpos: Float[Array, " nq"]):
-        human, solver = world.human, PostureSolverSettings()
+    def __init__(
+        self,
+        world: SimulatedWorld,
+        qpos: Float[Array, " nq"],
+        settings: PlatformSettings | None = None,
+    ):
+        human, settings = world.human, settings or PlatformSettings()
         self._data, self._platform = world.data, world.model.body(PLATFORM).id
         self._start = self._body = body = State(human, qpos)
         names = sorted({s.body for s in contact_sites(human)})
@@ -127,9 +146,9 @@ class PlatformReference(Reference):
         self._rotation = rotation.T @ body.rotations[self._segments]
         self._com = (body.com - position) @ rotation * [1.0, 1.0, 0.0]
         self._height = body.com[2] - (position + rotation @ self._com)[2]
-        self._hold, self._n_iterations = solver.ankle_weight, solver.n_iterations
-        self._own = np.full(human.model.nv, solver.joint_weight)
-        self._own[:3], self._own[3:6] = 0.0, solver.pelvis_weight
+        self._n_iterations = settings.n_iterations
+        self._own = np.full(human.model.nv, settings.joint_weight)
+        self._own[:3], self._own[3:6] = 0.0, settings.pelvis_weight
         self._time, self._state = -1.0, _at_rest(body, np.zeros(human.model.nv), self._spheres)
 
     def at(self, time: float) -> ReferenceState:
@@ -147,9 +166,9 @@ class PlatformReference(Reference):
             turned = axis_error(desired, body.rotations[self._segments])
             spins = np.vstack([body.angular_jacobian(i) for i in self._segments])
             rows = [
-                Rows(body.jacobian(self._origins).reshape(-1, nv), moved.ravel(), self._hold),
-                Rows(spins, turned.ravel(), self._hold),
-                Rows(body.com_jacobian, com - body.com, self._hold),
+                Rows(body.jacobian(self._origins).reshape(-1, nv), moved.ravel()),
+                Rows(spins, turned.ravel()),
+                Rows(body.com_jacobian, com - body.com),
             ]
             body = body.moved_to(posture_step(body, rows, self._start.qpos, self._own))
         qvel = body.difference(before) / elapsed if self._time >= 0 else np.zeros(nv)
