@@ -235,8 +235,8 @@ class Balance(Controller):
         J, velocity, bias = state.body.touched(self.contact.body[which], positions)
         n, s = normals[which], self.settings
         stage = s.recovery if self.recovery.stepped else s
-        right = -stage.landing_gain * heights[which]
-        right -= 2 * np.sqrt(stage.landing_gain) * np.einsum("kc,kc->k", n, velocity)
+        right = -stage.contact_gain * heights[which]
+        right -= 2 * np.sqrt(stage.contact_gain) * np.einsum("kc,kc->k", n, velocity)
         right -= np.einsum("kc,kc->k", n, bias)
         return [Rows(np.einsum("kc,kcv->kv", n, J), right, stage.landing_weight)]
 
