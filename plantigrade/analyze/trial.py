@@ -223,7 +223,6 @@ def analyse(
     if weighed is not None and not given:
         human = human.with_mass(weighed.mass)
     motion = Motion(fit.time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc, events)
-    measures = gait_measures(fit.time, feet.heel, feet.toe, events)
     heights = standing_soles(fit, events, forces)
     notes += sole_notes(heights)
     what = human, motion, forces, heights, fit.ground, fit.force_band_factor
@@ -232,14 +231,13 @@ def analyse(
     if ground is None and forces is not None:
         moments = inverse_dynamics(human, *kinematics[1:], forces)
     cycles = cut_cycles(events)
-    if forces is not None and moments is not None:
-        notes += [n for n in [tilt_note(force_tilt(fit.time, forces, moments, cycles))] if n]
+    notes += _tilt_notes(fit.time, forces, moments, cycles)
     return Trial(
         fit=replace(fit, human=human),
         motion=motion,
         feet=feet,
         cycles=cycles,
-        measures=measures,
+        measures=gait_measures(fit.time, feet.heel, feet.toe, events),
         forces=forces,
         moments=moments,
         soles=heights,
@@ -251,6 +249,19 @@ def analyse(
         ground=ground,
         withheld=_withheld(fit, motion, human, cutoff, given) if without_plates else None,
     )
+
+
+def _tilt_notes(
+    time: Float[Array, " n_frames"],
+    forces: FootForces | None,
+    moments: Moments | None,
+    cycles: tuple[Cycle, ...],
+) -> list[str]:
+    """Return a warning if forces are measured and lean over whole strides."""
+    if forces is None or moments is None:
+        return []
+    note = tilt_note(force_tilt(time, forces, moments, cycles))
+    return [note] if note else []
 
 
 def usual_cutoff(

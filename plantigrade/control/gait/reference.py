@@ -126,8 +126,7 @@ def reference_of(
     if motion.n_frames < 2 or motion.duration < 5 * STEP:
         raise ParameterError("a replay needs a motion of several frames")
     period, advance = period_of(record, settings.rest_speed)
-    periodic = period is not None
-    n = int(np.ceil(motion.duration / STEP - 1e-6)) + 1
+    periodic, n = period is not None, int(np.ceil(motion.duration / STEP - 1e-6)) + 1
     time = np.minimum(motion.time[0] + STEP * np.arange(n), motion.time[-1])
     even = motion.at(time)
     qpos, qvel = even.qpos, even.qvel
@@ -138,8 +137,7 @@ def reference_of(
     swept = Kinematics.of(record, sites, qpos, qvel, STEP)
     shortest = settings.schedule.min_duration
     load = site_loads(record, sites, swept, force, STEP, settings.load, shortest)
-    if not force[:, [bool(s.side) for s in sites]].any():
-        force = np.zeros_like(force)  # the force of a seat alone does not accelerate the body
+    force = _of_all(force, sites)
     if not periodic:
         _set_down(sites, load, weight)
     if record.ground.steps:
@@ -158,12 +156,18 @@ def reference_of(
     _fill_com(rows, swept, force, load, record.human.mass, settings.min_cop_load * weight)
     _fill_feet(rows, swept)
     rows.contact, rows.contact_position = contact, swept.contact_position
-    lead = round(settings.contact_lead_time / STEP)
-    rows.contact_soon = before(contact, lead, periodic=periodic)
+    lead = settings.contact_lead_time
+    rows.contact_soon = before(contact, round(lead / STEP), periodic=periodic)
     if ends:  # a last row at rest
         table[n] = np.where(derivative_order(layout) > 0, 0.0, table[n - 1])
     translation, duration = translation_of(layout), motion.duration
     return Reference(table, layout, translation, schedule, omega, period, duration, advance, ends)
+
+
+def _of_all(force: Float[Array, "n k 3"], sites: tuple[ContactSite, ...]) -> Float[Array, "n k 3"]:
+    """Return forces; none where only those of a seat are known, which alone move no body."""
+    known = force[:, [bool(site.side) for site in sites]].any()
+    return force if known else np.zeros_like(force)
 
 
 def _rate(record: Record, com: Float[Array, "n 3"]) -> float:

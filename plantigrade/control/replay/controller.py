@@ -198,7 +198,7 @@ class Replay(Controller):
 
     def _command(self, state, body, ref, low, height, feet, step) -> Command:
         """Return the command of the whole-body program."""
-        gait, normal = self.gait, self.normal
+        gait, normal, tasks = self.gait, self.normal, self.tasks
         rate = min(gait.rate, self.settings.footsteps.rates[-1])
         on, soon = self._planned(ref)
         gap = height - self._lifted()
@@ -206,7 +206,6 @@ class Replay(Controller):
         points = body.rigid_points(self.points.body[active], low[active])
         # Feet that steps have put elsewhere bend the legs otherwise than the motion has them.
         free = self.legs if self.recovery.displaced else None
-        tasks = self.tasks
         desired = desired_accelerations(ref, rate, body, tasks.settings, free)
         acceleration = com_acceleration(
             tasks.settings,
@@ -219,10 +218,9 @@ class Replay(Controller):
             self.recovery.lowering,
             self.settings.recovery.step.support_margin,
         )
-        balance = tasks.com.rows(body, acceleration=acceleration)
-        # Sitting, a person follows the motion; only the feet need to be kept under the body.
-        stands = 1.0 - self.footsteps.seat_load
-        rows: list[Rows | PointRows] = [replace(balance, weight=stands**2 * balance.weight)]
+        rows: list[Rows | PointRows] = [
+            self._balance(tasks.com.rows(body, acceleration=acceleration))
+        ]
         hanging = self.side_of[on & (gap > self.settings.gait.contact.max_planned_height)]
         rows += self._foot_rows(body, ref, rate, feet, hanging, state.time)
         if held.any():
@@ -258,6 +256,13 @@ class Replay(Controller):
         }
         velocity = state.rates + 0.5 * (step + 1.0 / state.world.rate) * answer.qacc[6:]
         return StablePD(state.angles, velocity, answer.torque, 0.0, self.damping, signals=signals)
+
+    def _balance(self, rows: Rows) -> Rows:
+        """Return rows of the centre of mass, which count less the more a seat bears.
+
+        A person who sits follows the motion, and need not keep the body over the feet.
+        """
+        return replace(rows, weight=(1.0 - self.footsteps.seat_load) ** 2 * rows.weight)
 
     def _planned(self, ref) -> tuple[Array, Array]:
         """Return which points are on the ground in the motion, now and soon."""
