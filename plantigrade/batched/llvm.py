@@ -22,7 +22,9 @@ def engine(content: bytes) -> Any:
 
     _start()
     with _refusals():
-        loaded = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
+        # With LLVM's own memory manager, code and constants may be 2 GB apart where a process has
+        # mapped much (torch does), and then LLVM aborts the process.
+        loaded = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine(), use_lmm=True)
         loaded.add_object_file(llvm.ObjectFileRef.from_data(content))
         loaded.finalize_object()
     return loaded

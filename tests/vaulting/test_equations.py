@@ -1,5 +1,9 @@
 """Reduced equations agree with MuJoCo; the integration conserves energy and converges."""
 
+import subprocess
+import sys
+from importlib.util import find_spec
+
 import mujoco
 import numpy as np
 import pytest
@@ -77,3 +81,20 @@ def test_machine_code_agrees_with_casadi(vault, nodes):
     ):
         assert ours.shape == theirs.shape
         assert np.allclose(ours[:-1], theirs[:-1], rtol=1e-9, atol=1e-9)
+
+
+def test_machine_code_is_made_where_a_process_has_mapped_much():
+    """PyTorch maps so much that LLVM's own memory manager puts code too far from constants."""
+    if not find_spec("torch"):
+        pytest.skip("PyTorch is not installed")
+    lines = (
+        "import torch, numpy as np",
+        "from plantigrade.models import Human",
+        "from plantigrade.vaulting import Approach, Segments, Table, Vault",
+        "human = Human.create(1.66, 63.0, 'male', '42', 'rigid')",
+        "vault = Vault(Segments(human), Table(), Approach())",
+        "print(vault.objective(np.zeros((6, 5))))",
+    )
+    done = subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-500:]
+    assert np.isfinite(float(done.stdout))
