@@ -112,14 +112,14 @@ def test_a_jump_keeps_higher_frequencies_and_flies_without_force(data):
 
 
 def test_bands_follow_what_is_done():
-    """A jump is less certain than a walk; squats and chairs more, but only half as much at most."""
+    """Pressure of a jump is less certain than of a walk; no band is less than half as wide."""
     walk, jump, squat = (
         BandFactors.of(walks=walks, flies=flies, sits=False)
         for walks, flies in ((True, False), (False, True), (False, False))
     )
     chair = BandFactors.of(walks=False, flies=False, sits=True)
     for name, usual in vars(walk).items():
-        assert getattr(jump, name) >= usual
+        assert getattr(jump, name) >= (usual if name.startswith("point") else 0.5 * usual)
         for slow in (squat, chair):
             assert 0.5 * usual <= getattr(slow, name) <= usual
     legs = ("hip_flexion_r", "knee_angle_r", "ankle_angle_r")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from experiments.abrupt_transfers import COURSES, errors
-from plantigrade.analyze.trial import analyse
+from plantigrade.analyze import analyse
 from plantigrade.dynamics import force_program
 from plantigrade.workflows.fit import fit_trial
 
