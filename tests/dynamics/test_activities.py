@@ -112,7 +112,7 @@ def test_a_jump_keeps_higher_frequencies_and_flies_without_force(data):
 
 
 def test_bands_follow_what_is_done():
-    """Pressure of a jump is less certain than of a walk; no band is less than half as wide."""
+    """Pressure of a jump is less certain than of a walk; forces are at least half as uncertain."""
     walk, jump, squat = (
         BandFactors.of(walks=walks, flies=flies, sits=False)
         for walks, flies in ((True, False), (False, True), (False, False))
@@ -120,8 +120,9 @@ def test_bands_follow_what_is_done():
     chair = BandFactors.of(walks=False, flies=False, sits=True)
     for name, usual in vars(walk).items():
         assert getattr(jump, name) >= (usual if name.startswith("point") else 0.5 * usual)
+        least = 0.4 if name.startswith("point") else 0.5
         for slow in (squat, chair):
-            assert 0.5 * usual <= getattr(slow, name) <= usual
+            assert least * usual <= getattr(slow, name) <= usual
     legs = ("hip_flexion_r", "knee_angle_r", "ankle_angle_r")
     np.testing.assert_array_equal(walk.moments(legs), [walk.hip, walk.knee, walk.other])
 
