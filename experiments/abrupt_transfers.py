@@ -65,7 +65,7 @@ def errors(trial: Trial, course: str) -> tuple[float, float, float] | None:
     both = np.asarray(known.all(axis=1) & (force[..., 2] > STANCE_LOAD).all(axis=1))
     if not both.any():
         return None
-    wanted = force.copy()
+    prescribed = force.copy()
     phases, shares = COURSES[course]
     for front in loading.contacts if phases else ():
         for rear in loading.contacts:
@@ -75,13 +75,13 @@ def errors(trial: Trial, course: str) -> tuple[float, float, float] | None:
             here = both & (phase >= 0) & (phase <= 1)
             share = np.interp(phase[here], phases, shares)[:, None]
             k, total = SIDES.index(rear.side), force[here].sum(axis=1)
-            wanted[here, k], wanted[here, 1 - k] = share * total, (1 - share) * total
+            prescribed[here, k], prescribed[here, 1 - k] = share * total, (1 - share) * total
     arm = np.nan_to_num(forces.point) - needs.com[:, None]
-    more = np.cross(arm, wanted - force).sum(axis=1)
+    more = np.cross(arm, prescribed - force).sum(axis=1)
     needs = replace(needs, moment=needs.moment + more)
     scales = ForceScales.of(walks=True)
     found = solve_in_windows(human, needs, loading.contacts, (), None, scales)
-    up, true = found.wrench[:, :2, 2], wanted[..., 2]
+    up, true = found.wrench[:, :2, 2], prescribed[..., 2]
     return _figures(up, true, known & (np.maximum(true, force[..., 2]) > STANCE_LOAD), both)
 
 

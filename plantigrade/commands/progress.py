@@ -193,7 +193,7 @@ class Watch:
 
     @contextmanager
     def listening(self) -> Iterator[None]:
-        """Stop with the best so far at the first Ctrl-C, and at once at the second."""
+        """End with the best solution so far at the first Ctrl-C, and abort at the second."""
 
         def ask(*_: Any) -> None:
             if self.asked:

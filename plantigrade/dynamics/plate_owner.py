@@ -14,9 +14,7 @@ CHANGE_DISTANCE = 0.10  # [m] distance to both soles (below, above) that marks a
 MAX_FOOT_DISTANCE = 0.30  # [m] maximum distance of the centre of pressure from a foot
 MAX_CONTACT_HEIGHT = 0.03  # [m] maximum height above the ground of a sole point in contact
 MAX_CONTACT_SPEED = 0.35  # [m/s] maximum speed relative to the ground of a sole point in contact
-MIN_ALONE_TIME = (
-    0.06  # [s] minimum time for which a foot carries load on the plate of the other one
-)
+MIN_ALONE_TIME = 0.06  # [s] minimum time for which a foot loads the plate of the other one alone
 MAX_UNLOADED_REST = 0.10  # [s] maximum rest of a foot before and after its plate is loaded
 UNMEASURED_MARGIN = 0.05  # [s] possible load of an unmeasured foot before and after its rest
 

@@ -220,7 +220,7 @@ class _Picture:
     top: float
 
     def moved(self, by: float, arrows: Sequence[str]) -> list[str]:
-        """Return the elements with arrows before them, so far to the right [m]."""
+        """Return the elements, arrows in front of them, moved to the right by a distance [m]."""
         return [f'<g transform="translate({by:.3f} 0)">', *self.elements, *arrows, "</g>"]
 
     def put_behind(self, other: "_Picture", opacity: float = 1.0) -> None:

@@ -68,8 +68,8 @@ class RecoverySettings:
     """``landing_weight`` of :class:`BalanceSettings` once there were steps [per (m/s²)²]. The heel
     of a foot that trails in a long stance cannot come down, and must not outweigh balance."""
     contact_gain: float = TaskSettings.hanging_stiffness
-    """Of :class:`BalanceSettings`, of points that come to the ground, once there were steps
-    [1/s²]; as of a standing foot that hangs off the ground, in walking."""
+    """Stiffness of the height of points that come to the ground, once there were steps [1/s²]; as
+    of a standing foot that hangs off the ground, in walking."""
     max_vertical_acceleration: float = TaskSettings.max_descent
     """Greatest vertical acceleration of the centre of mass [m/s²]; as in walking. A body that sinks
     fast has no load on its feet, and no friction that stops a fall."""
