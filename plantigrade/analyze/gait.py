@@ -131,6 +131,8 @@ def gait_measures(
     heel: Float[Array, "n_frames 2 3"],
     toe: Float[Array, "n_frames 2 3"],
     events: Iterable[GaitEvent],
+    *,
+    overground: bool | None = None,
 ) -> GaitMeasures:
     """Return the spatio-temporal measures of a recording.
 
@@ -139,9 +141,10 @@ def gait_measures(
         heel: Back of the heel, right then left, world [m]; NaN if not visible.
         toe: Toe tip or metatarsal head, right then left, world [m] (to detect moving ground).
         events: Gait events; measures outside them remain unknown.
+        overground: Whether the ground is known to be at rest; by default the feet tell.
     """
     events = sorted(events, key=lambda event: event.time)
-    ground = ground_velocity(time, heel, toe)
+    ground = np.zeros((len(time), 3)) if overground else ground_velocity(time, heel, toe)
     belt = float(np.linalg.norm(ground.mean(axis=0))) if len(time) else 0.0
     floor, running = _over_ground(time, heel, ground), is_running(events)
     return GaitMeasures(

@@ -12,14 +12,14 @@ from plantigrade.analyze.trial import usual_cutoff
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import ContactSite
-from plantigrade.dynamics.osim_moments import OsimMotion, moment_names, osim_moments, osim_motion
+from plantigrade.dynamics.osim_moments import OsimMotion, osim_moments, osim_motion
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.io.osim_body import OsimHuman
 from plantigrade.io.osim_shapes import foot_bodies
 from plantigrade.kinematics.osim_inverse import OsimFit
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import PointSet
-from plantigrade.motion import ForcePlate, GaitEvent, Motion, Table
+from plantigrade.motion import ForcePlate, GaitEvent, Motion
 from plantigrade.motion.events import detect_gait_events
 from plantigrade.notes import Info
 from plantigrade.record import Record
@@ -93,25 +93,6 @@ def analyse_osim(
         **_measures(motion.time, feet, events),
     }
     return OsimTrial(record, figures)
-
-
-def moment_table(record: Record) -> Table | None:
-    """Return the generalised forces of the model's coordinates with OpenSim's names and signs.
-
-    None where the person is no model of their own, or no forces were measured.
-    """
-    human, torque = record.human, record.qfrc_actuator
-    if not isinstance(human, OsimHuman) or torque is None:
-        return None
-    _, u = human.file_coordinates(record.motion.qpos)
-    root = len(human.root.coordinates)
-    values = np.zeros_like(u)
-    for k, c in enumerate(human.every_coordinate[root:], start=root):
-        if c.name in human.coordinates:
-            values[:, k] = human.signs[k] * torque[:, 6 + human.hinge(c.name)]
-    for f, now in enumerate(u):
-        values[f, :root] = human.slopes(now)[:6, :root].T @ torque[f, :6]
-    return Table(moment_names(human), record.motion.time, values)
 
 
 def _feet(human: OsimHuman, qpos: Float[Array, "n nq"]) -> FootPath | None:

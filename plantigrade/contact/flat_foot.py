@@ -28,13 +28,12 @@ def flat_sites(
         (:func:`~plantigrade.trajopt.problem.contact.site_places`), and the height of the
         lowest point [m].
     """
-    from scipy.optimize import least_squares
-
     own = [s for s in sites if s.side == side]
     foot = _Foot(human, own, side)
     x = np.zeros(2 + len(foot.hinges))
     height = foot.places(x)[:, 2]
     if len(own) > 2 and np.ptp(height) > LEVEL_TOLERANCE:
+        from scipy.optimize import least_squares
 
         def height_error(x):
             height = foot.places(x)[:, 2]

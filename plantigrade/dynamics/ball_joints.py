@@ -16,7 +16,6 @@ with :math:`u_i` the axes of the three turns in that frame.
 import warnings
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
@@ -48,6 +47,8 @@ class BallJoint:
 
     def quaternions(self, angles: Float[Array, "n 3"]) -> Float[Array, "n 4"]:
         """Return the rotations of the upper arm, ``wxyz``, with continuous sign."""
+        from scipy.spatial.transform import Rotation
+
         quat = xyzw_to_wxyz(Rotation.from_euler("YXZ", angles * self._sign).as_quat())
         dots = np.einsum("ij,ij->i", quat[1:], quat[:-1])
         quat[1:] *= np.cumprod(np.where(dots < 0, -1.0, 1.0))[:, None]
@@ -55,6 +56,8 @@ class BallJoint:
 
     def angles(self, quat: Float[Array, "n 4"], near: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
         """Return the angles of rotations nearest to given angles [rad]."""
+        from scipy.spatial.transform import Rotation
+
         with warnings.catch_warnings():  # exactly singular frames keep the given angles
             warnings.simplefilter("ignore", UserWarning)
             one = self._sign * Rotation.from_quat(wxyz_to_xyzw(quat)).as_euler("YXZ")
@@ -68,6 +71,8 @@ class BallJoint:
 
     def axes(self, angles: Float[Array, "n 3"]) -> Float[Array, "n 3 3"]:
         """Return the axes of the three turns in the frame of the upper arm, as columns."""
+        from scipy.spatial.transform import Rotation
+
         third = Rotation.from_euler("Z", angles[:, 2:] * self._sign[2]).inv()
         second = Rotation.from_euler("X", angles[:, 1:2] * self._sign[1]).inv()
         y, x, z = np.eye(3)[[1, 0, 2]] * self._sign[:, None]

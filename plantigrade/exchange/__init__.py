@@ -1,5 +1,12 @@
 """Runs as files of other programs: :func:`export`, and every format in :data:`FORMATS`."""
 
-from plantigrade.exchange.formats import FORMATS, Format, export
+from typing import TYPE_CHECKING
+
+from plantigrade.lazy import lazy
+
+if TYPE_CHECKING:
+    from plantigrade.exchange.formats import FORMATS, Format, export
 
 __all__ = ["FORMATS", "Format", "export"]
+
+__getattr__ = lazy(__name__)

@@ -4,7 +4,6 @@ from bisect import bisect_right
 from math import factorial
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
@@ -23,6 +22,8 @@ class Trajectory:
     """
 
     def __init__(self, time: Float[Array, " n"], values: Float[Array, "n dimension"]):
+        from scipy.interpolate import make_interp_spline
+
         time, values = np.asarray(time, float), np.asarray(values, float)
         if len(time) != len(values) or not len(time):
             raise ParameterError(f"{len(time)} times for {len(values)} samples of a trajectory")

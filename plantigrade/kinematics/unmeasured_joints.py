@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Bool, Float
@@ -254,6 +253,8 @@ def _upright_tilt(human: Human, qpos, tilt) -> float:
 
 def _smooth(time, values, width: float) -> np.ndarray:
     """Return a signal's mean about each frame, weighted by a bell of standard deviation [s]."""
+    from scipy.ndimage import gaussian_filter1d
+
     frames = width * (len(time) - 1) / (time[-1] - time[0])
     bell = partial(gaussian_filter1d, sigma=frames, mode="constant")
     return bell(np.asarray(values, float)) / bell(np.ones(len(time)))

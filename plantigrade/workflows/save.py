@@ -5,8 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from plantigrade.analyze.clinical import clinical_figures
+from plantigrade.analyze.moment_table import moment_table
 from plantigrade.analyze.norms_of_runs import norm_files, read_norms
-from plantigrade.analyze.osim_trial import moment_table
 from plantigrade.analyze.own_norms import as_signals
 from plantigrade.exchange.tables import cycle_table
 from plantigrade.io.mot import mot_text
