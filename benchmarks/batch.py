@@ -26,7 +26,7 @@ NOISE_M = 0.001
 """Standard deviation of the noise that makes an item of its own of a recording [m]."""
 EFFICIENCY = 0.85
 """Goal of the share of the cores that is used."""
-GROWTH = 1.1
+MAX_MEMORY_GROWTH = 1.1
 """Goal of the memory in the last quarter of the items over that in the second."""
 SAMPLE_SECONDS = 0.5
 
@@ -70,7 +70,7 @@ def rows(data: Path, items: int, jobs: int) -> Iterator[Row]:
     n = len(both.memory)
     middle, last = max(both.memory[n // 4 : n // 2]), max(both.memory[3 * n // 4 :])
     yield Row(subject, "memory of all processes, last quarter", last, "MB")
-    yield at_most(subject, "memory, last quarter over second", last / middle, GROWTH)
+    yield at_most(subject, "memory, last quarter over second", last / middle, MAX_MEMORY_GROWTH)
     yield Row(subject, "folder per item", 1e3 * both.megabytes / items, "kB")
     yield Row(subject, "folder per item, with pages", 1e3 * pages.megabytes / few, "kB")
     hours = 1e5 * jobs * per_item / 3600

@@ -23,8 +23,10 @@ from plantigrade.trajopt.transcription.derivatives import Derivatives
 
 NODES = 61
 REPEATS = 15  # evaluations of which the fastest counts
-MAKING, LOADING, FASTER = 8.0, 0.5, 10.0  # goals: s, s, times
-WHAT = ("values", "jacobian", "hessian")
+MAX_COMPILE_TIME = 8.0  # [s] goal
+MAX_LOAD_TIME = 0.5  # [s] goal
+MIN_SPEEDUP = 10.0  # [1] goal
+DERIVATIVES = ("values", "jacobian", "hessian")
 
 
 def rows() -> Iterator[Row]:
@@ -36,12 +38,12 @@ def rows() -> Iterator[Row]:
     with empty_cache():
         person = function(Human.create(1.74, 70.0, joints="43", feet="two-segment"))
         seconds, ours = made(person, "vectors")
-        yield at_most(subject, "made, once for all people", seconds, MAKING, "s")
+        yield at_most(subject, "made, once for all people", seconds, MAX_COMPILE_TIME, "s")
         del ours  # so that the next one comes from disk
         seconds, ours = made(
             function(Human.create(1.61, 55.0, joints="43", feet="two-segment")), None
         )
-        yield at_most(subject, "found for another person", seconds, LOADING, "s")
+        yield at_most(subject, "found for another person", seconds, MAX_LOAD_TIME, "s")
         seconds, theirs = made(ours.function, "interpreter")
         yield Row(subject, "made for the interpreter", seconds, "s")
         yield from side_by_side(subject, ours, theirs)
@@ -78,12 +80,12 @@ def evaluate(derivatives: Derivatives, n: int) -> dict[str, Callable[[], object]
 def side_by_side(subject: str, ours: Derivatives, theirs: Derivatives) -> Iterator[Row]:
     """Yield microseconds a node, how many times faster, and the largest difference."""
     calls, others = evaluate(ours, NODES), evaluate(theirs, NODES)
-    for what in WHAT:
+    for what in DERIVATIVES:
         one, two = calls[what], others[what]
         speed, slow = (best(each, k) for each, k in ((one, REPEATS), (two, 3)))
         yield Row(subject, f"{what}, vectors", 1e6 * speed / NODES, "us a node")
         yield Row(subject, f"{what}, interpreter", 1e6 * slow / NODES, "us a node")
-        yield at_least(subject, f"{what}, times faster", slow / speed, FASTER)
+        yield at_least(subject, f"{what}, times faster", slow / speed, MIN_SPEEDUP)
         a, b = np.asarray(one()), np.asarray(two())
         difference = float(np.abs(a - b).max() / np.abs(b).max())
         row = at_most(subject, f"{what}, difference by largest", difference, 1e-12)

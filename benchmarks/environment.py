@@ -14,8 +14,10 @@ import numpy as np
 from benchmarks.world import part_rows
 from experiments.table import Row, at_least
 
-GOAL = 2000.0  # decisions per second
-MANY, STEPS, REPEATS = 32, 640, 5
+MIN_DECISION_RATE = 2000.0  # decisions per second
+N_ENVIRONMENTS = 32
+N_STEPS = 640
+N_REPEATS = 5
 NOISE = 0.18  # of a random policy: 0.11 rad, with which walking was learned
 
 
@@ -24,15 +26,15 @@ def rows() -> Iterator[Row]:
     from plantigrade.learn import Reference, Walks
 
     reference = Reference.of(None)
-    for many in (MANY, 1):
+    for many in (N_ENVIRONMENTS, 1):
         envs = Walks(many, reference)
         for name, noise in (("the reference followed", 0.0), ("a random policy", NOISE)):
-            found = [timed(envs, noise) for _ in range(REPEATS)]
+            found = [timed(envs, noise) for _ in range(N_REPEATS)]
             whole, physics = (min(each) for each in zip(*found, strict=True))
             subject = f"66 coordinates, 30 Hz on 150 Hz, {name}, {many} in a process"
             speed = 1.0 / whole
-            if many == MANY:
-                yield at_least(subject, "speed", speed, GOAL, "decisions/s")
+            if many == N_ENVIRONMENTS:
+                yield at_least(subject, "speed", speed, MIN_DECISION_RATE, "decisions/s")
             else:
                 yield Row(subject, "speed", speed, "decisions/s")
             yield Row(subject, "one decision", 1e6 * whole, "µs")
@@ -48,7 +50,7 @@ def timed(envs, noise: float) -> tuple[float, float]:
     worlds, n = envs.tracking.worlds, envs.num_envs
     states: list[tuple[np.ndarray, ...]] = []
     spent = 0.0
-    for _ in range(STEPS // n):
+    for _ in range(N_STEPS // n):
         action = noise * rng.standard_normal(shape)
         before = [(d.qpos.copy(), d.qvel.copy(), d.qacc_warmstart.copy())
                   for d in (world.data for world in worlds)]  # fmt: skip
@@ -64,4 +66,4 @@ def timed(envs, noise: float) -> tuple[float, float]:
         began = time.process_time()
         mujoco.mj_step(model, own, 5)
         alone += time.process_time() - began
-    return spent / (STEPS // n * n), alone / len(states)
+    return spent / (N_STEPS // n * n), alone / len(states)

@@ -10,7 +10,7 @@ from plantigrade.errors import PlantigradeError
 from plantigrade.io import read
 from plantigrade.motion import Recording
 
-LIMIT = 15.0  # seconds from command to finished run folder
+MAX_FIT_TIME = 15.0  # seconds from command to finished run folder
 
 
 def rows(data: Path) -> Iterator[Row]:
@@ -28,7 +28,7 @@ def rows(data: Path) -> Iterator[Row]:
             spent = measure([*PLANTIGRADE, "fit", str(path), "--out", str(Path(folder) / "run")])
         most = max(most, spent.peak_mb)
         if spent.code == 0:
-            yield at_most("fit", name, spent.seconds, LIMIT, "s")
+            yield at_most("fit", name, spent.seconds, MAX_FIT_TIME, "s")
         else:  # refused with a reason (2); anything else should not happen
             why = f"exit code {spent.code}: {spent.message[:160]}"
             yield Row("fit", name, None, note=why, met=None if spent.code == 2 else False)

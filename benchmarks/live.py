@@ -18,7 +18,8 @@ from plantigrade.pages.live_world import LiveWorld
 from plantigrade.pages.page_server import SOCKET_PATH
 from plantigrade.workflows.live import prepare, responsive
 
-SECONDS, PUSHES = 10.0, 4
+DURATION = 10.0  # [s]
+N_PUSHES = 4
 READER = """
 import sys
 from websockets.sync.client import connect
@@ -54,8 +55,8 @@ def rows() -> Iterator[Row]:
             whole, began, drawn = time.process_time(), time.perf_counter(), page.drawn
             for thread in threads:
                 thread.start()
-            for _ in range(PUSHES):
-                time.sleep(SECONDS / PUSHES)
+            for _ in range(N_PUSHES):
+                time.sleep(DURATION / N_PUSHES)
                 session.submit(lambda: session.push(1.0, 0.1))
             stop.set()
             for thread in threads:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.processes import EVERYTHING, PLANTIGRADE, measure
+from benchmarks.processes import ALL_IMPORTS, PLANTIGRADE, measure
 from experiments.table import Row, at_most
 from plantigrade.arrays import Array, Float
 from plantigrade.io import read, write
@@ -28,14 +28,14 @@ LARGEST_PAGE = 50.0
 NOISE = 5e-4
 """Standard deviation of the noise added to every coordinate of a marker [m]: that of a laboratory,
 so that no two strides are equal."""
-BLEND = 0.1
+BLEND_TIME = 0.1
 """Time over which one pass goes over into the next [s]."""
 
 
 def rows(data: Path, minutes: Sequence[float] = MINUTES) -> Iterator[Row]:
     """Yield what ``plantigrade fit`` takes in a fresh process, for each duration [min]."""
     recording = read(data / SOURCE)
-    start = measure([sys.executable, "-c", EVERYTHING]).peak_mb
+    start = measure([sys.executable, "-c", ALL_IMPORTS]).peak_mb
     for each in minutes:
         with tempfile.TemporaryDirectory() as folder:
             path, run = Path(folder) / "long.c3d", Path(folder) / "run"
@@ -61,12 +61,12 @@ def prolonged(recording: Recording, duration: float, seed: int = 0) -> Recording
     """Return the recording repeated for a duration [s], with noise on the markers.
 
     A pass goes from the first heel strike of a side to its last one, and goes over into the next
-    within :data:`BLEND`.
+    within :data:`BLEND_TIME`.
     """
     markers = recording.markers
     assert markers is not None
     strikes = [e for e in recording.events if e.kind == "heel_strike"]
-    margin = markers.time[0] + BLEND
+    margin = markers.time[0] + BLEND_TIME
     strikes = [e.time for e in strikes if e.side == strikes[0].side and e.time > margin]
     first, last = strikes[0], strikes[-1]
     n_frames = int(round(duration * markers.rate))
@@ -105,7 +105,7 @@ def _repeated(
     rate = (len(time) - 1) / (time[-1] - time[0])
     begin = int(round((first - time[0]) * rate))
     length = int(round((last - first) * rate))
-    blend = int(round(BLEND * rate))
+    blend = int(round(BLEND_TIME * rate))
     one = values[begin : begin + length].copy()
     weight = (np.arange(1, blend + 1) / (blend + 1)).reshape(-1, *[1] * (values.ndim - 1))
     before = values[begin - blend : begin]

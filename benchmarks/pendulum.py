@@ -26,8 +26,9 @@ GOALS: dict[float, float | None] = {
     0.010: None,
     0.020: 2.0,
 }  # tick [s] → median of 20 ms of simulated time [ms]
-TAIL = 2.0  # 99th percentile by the median
-SPAN, SECONDS = 0.02, 6.0  # [s]
+MAX_TAIL_RATIO = 2.0  # 99th percentile by the median
+SPAN = 0.02  # [s] of walking whose computing is timed at once
+DURATION = 6.0  # [s] of the walk
 PARTS = ("filter", "tracking", "program", "physics")
 
 
@@ -45,11 +46,11 @@ def rows() -> Iterator[Row]:
             yield at_most(subject, "20 ms, median", middle, goal, "ms")
         yield Row(subject, "fastest twentieth", float(np.percentile(whole, 5)), "ms")
         yield at_most(subject, "99th percentile by the median",
-                      float(np.percentile(whole, 99)) / middle, TAIL, "")  # fmt: skip
+                      float(np.percentile(whole, 99)) / middle, MAX_TAIL_RATIO, "")  # fmt: skip
         for name, part in zip(PARTS, spent.T, strict=True):
             yield Row(subject, f"of it: {name}", float(np.median(part)), "ms")
         yield Row(subject, "programs in 20 ms, mean", programs, "")
-        yield Row(subject, f"falls in {SECONDS:g} s", falls, "")
+        yield Row(subject, f"falls in {DURATION:g} s", falls, "")
 
 
 def walk() -> Record:
@@ -80,14 +81,14 @@ def walked(record: Record, tick: float) -> tuple[np.ndarray, float, int]:
     )
     own = round(SPAN * controller.rates.control)
     looks, programs, falls, lasted = [], 0, 0, 0.0
-    while lasted < SECONDS:
+    while lasted < DURATION:
         state, clocks = world.reset(), {"command": 0.0, "program": 0.0}
         controller = Pendulum(record, settings=PendulumSettings(tick=tick))
         _clock(controller, "_command", "command", clocks)
         state = world.step(controller(state))  # the first one also makes ready
         _clock(controller.program, "solve", "program", clocks)
         seen = []
-        while world.fall is None and world.diverged is None and lasted + world.time < SECONDS:
+        while world.fall is None and world.diverged is None and lasted + world.time < DURATION:
             clocks.update(command=0.0, program=0.0)
             began = time.process_time()
             command = controller(state)

@@ -24,8 +24,8 @@ from tests.pages.walker import walk, walker
 
 WIDTH, HEIGHT = 900, 640  # [px] of the window; chosen
 SECONDS = 6.0  # [s] of one figure; chosen
-SETTLING = 8.0  # [s] in which a page finds out how fast the machine draws
-GOAL = 10.0  # [pictures/s] in software
+SETTLING_TIME = 8.0  # [s] in which a page finds out how fast the machine draws
+MIN_PICTURE_RATE = 10.0  # [pictures/s] in software
 RENDERER = "gl.getParameter(gl.getExtension('WEBGL_debug_renderer_info').UNMASKED_RENDERER_WEBGL)"
 
 
@@ -79,14 +79,14 @@ def rates(browser: Browser, subject: str) -> Iterator[Row]:
     where = f"{browser.evaluate(RENDERER)}; {processor()}"
     for quality in ("full", "simple", "auto"):
         browser.evaluate(f"plantigrade.setQuality('{quality}')")
-        time.sleep(SETTLING)
+        time.sleep(SETTLING_TIME)
         drawn, spent = browser.evaluate("plantigrade.state.drawn"), browser.processor_time()
         began = time.perf_counter()
         time.sleep(SECONDS)
         count = browser.evaluate("plantigrade.state.drawn") - drawn
         rate = count / (time.perf_counter() - began)
         spent = browser.processor_time() - spent
-        goal, note = (GOAL, where) if quality == "auto" else (None, "")
+        goal, note = (MIN_PICTURE_RATE, where) if quality == "auto" else (None, "")
         chosen = browser.evaluate("document.body.dataset.quality") if quality == "auto" else ""
         name = f"{quality}, here {chosen}" if chosen else quality
         yield at_least(subject, f"drawing: {name}", rate, goal, "pictures/s", note)

@@ -13,11 +13,11 @@ from pathlib import Path
 from experiments.table import Row, at_most
 
 PLANTIGRADE = (sys.executable, "-m", "plantigrade")
-EVERYTHING = (
+ALL_IMPORTS = (
     "import plantigrade.analyze.trial, plantigrade.io, plantigrade.kinematics.fit, "
     "plantigrade.models, plantigrade.motion, plantigrade.workflows.fit"
 )
-REPEATS = 7  # fresh processes whose median is taken
+N_REPEATS = 7  # fresh processes whose median is taken
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def start_rows() -> Iterator[Row]:
     """Yield how long it takes to import the package and to print the help."""
     commands = {
         "import plantigrade": [sys.executable, "-c", "import plantigrade"],
-        "import of all a fit uses from Python": [sys.executable, "-c", EVERYTHING],
+        "import of all a fit uses from Python": [sys.executable, "-c", ALL_IMPORTS],
         "plantigrade --help": [*PLANTIGRADE, "--help"],
         "plantigrade fit --help": [*PLANTIGRADE, "fit", "--help"],
     }
@@ -90,8 +90,8 @@ def demo_rows() -> Iterator[Row]:
 
 def _median(command: Sequence[str]) -> Spent:
     measure(command)  # fills the disk cache
-    runs = sorted((measure(command) for _ in range(REPEATS)), key=lambda spent: spent.seconds)
-    return runs[REPEATS // 2]
+    runs = sorted((measure(command) for _ in range(N_REPEATS)), key=lambda spent: spent.seconds)
+    return runs[N_REPEATS // 2]
 
 
 def _megabytes(usage: resource.struct_rusage) -> float:

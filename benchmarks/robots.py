@@ -15,7 +15,7 @@ from plantigrade.record import Record
 from plantigrade.robots import Robot, retarget
 from plantigrade.robots.motion import MAX_DEPTH, MAX_SLIP
 
-CARRIED = {
+WHEEL_ROBOTS = {
     "mjlab": "asset_zoo/robots/unitree_g1/xmls/g1.xml",
     "mujoco_playground": "_src/dm_control_suite/xmls/humanoid.xml",
 }
@@ -25,7 +25,7 @@ CARRIED = {
 def carried() -> list[Path]:
     """Return the files of the robots of the packages that are installed."""
     found = []
-    for package, file in CARRIED.items():
+    for package, file in WHEEL_ROBOTS.items():
         spec = find_spec(package)
         if spec is not None and spec.origin is not None:
             found.append(Path(spec.origin).parent / file)

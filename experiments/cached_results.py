@@ -21,7 +21,7 @@ Cases = Mapping[str, Callable[[], Mapping[str, Any]]]
 """Key of a result → function that computes it."""
 DISPLAY = {"charts", "commands", "live", "pages"}
 """Rooms of the package that display results and decide none."""
-CODE = {".py", ".toml", ".json", ".npz"}
+CODE_SUFFIXES = {".py", ".toml", ".json", ".npz"}
 """Suffixes of files that decide results: code, and the data of the package (policies)."""
 
 
@@ -152,7 +152,7 @@ def code_version() -> str:
     files = [*Path(__file__).parent.rglob("*")]
     files += [p for p in package.rglob("*") if p.relative_to(package).parts[0] not in DISPLAY]
     digest = hashlib.sha256()
-    for path in sorted(p for p in files if p.suffix in CODE):
+    for path in sorted(p for p in files if p.suffix in CODE_SUFFIXES):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:12]
 

@@ -14,7 +14,7 @@ from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.events import detect_gait_events
 from plantigrade.motion.plate_events import plate_events
 
-END = 0.1  # events nearer to the first or last frame cannot be seen in the motion [s]
+END_MARGIN = 0.1  # events nearer to the first or last frame cannot be seen in the motion [s]
 LONGEST_MATCH = 0.15  # events further apart than this are different events [s]
 
 
@@ -35,7 +35,7 @@ def event_rows(name: str, trial: Trial, recording: Recording) -> list[Row]:
         ("low-passed plates", plate_events(rest, fit.time, feet.heel, feet.toe), None),
         ("file", recording.events, 20),
     ]
-    first, last = fit.time[0] + END, fit.time[-1] - END
+    first, last = fit.time[0] + END_MARGIN, fit.time[-1] - END_MARGIN
     for what, truth, goal in sources:
         if not truth:
             continue

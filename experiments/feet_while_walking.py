@@ -38,24 +38,39 @@ from plantigrade.workflows.motions import synthesize
 from plantigrade.world.grounds import ground_named
 
 FEET = ("multi-segment", "two-segment", "rigid")
-CM, SEEDS, LONG, SHORT = 3, 5, 12.0, 5.0
-"""Height of bumps, fields of them, and how long walks last, also in the short form [s]."""
-FORCES, ALL = (80, 100), (50, 60, 70, 80, 90, 100)
-PUSH, PHASES = 0.4, (0.1, 0.35, 0.6, 0.85)
-WITHSTOOD = 80
+BUMP_HEIGHT_CM = 3
+"""Height of the bumps [cm]."""
+N_SEEDS = 5
+"""Number of fields of bumps."""
+DURATION = 12.0
+"""Duration of a walk [s]."""
+QUICK_DURATION = 5.0
+"""Duration of a walk in the short form [s]."""
+FORCES = (80, 100)
+"""Pushes that are tried by default [N]."""
+ALL_FORCES = (50, 60, 70, 80, 90, 100)
+"""Pushes that are tried in the full form [N]."""
+PUSH_DURATION = 0.4
+"""Duration of a push [s]."""
+PUSH_PHASES = (0.1, 0.35, 0.6, 0.85)
+"""Phases of the gait cycle at which a push begins [1]."""
+PAPER_FORCE = 80
 """Push that the paper's walker withstood [N]."""
-SETTLED, POINTS = 2.0, 51
-"""Cycles count from this time on [s]; points of a curve over the cycle."""
+SETTLING_TIME = 2.0
+"""Time from which gait cycles count [s]."""
+N_CURVE_POINTS = 51
+"""Points of a curve over the gait cycle."""
 NOTES = (
     "",
     f"CMU 16_15 fitted with every kind of foot, on a person of 1.75 m and {MASS:g} kg. Bumps are "
-    f"up to {CM} cm high and low, smoothed over 15 cm; the controller knows the ground. Pushes "
-    "come from the right for 0.4 s at the trunk at four phases of the right foot's cycle; the "
-    "paper does not say at which. Its walker, a learned policy of 48.5 kg, withstood 80 N and fell "
-    "at 100 N: 0.66 and 0.82 m/s; ours are heavier, 100 N are 0.49 m/s. Withstood: on the feet six "
-    "seconds later. Ankle moments are held against those of 83 children at a free speed (Schwartz "
-    "2008), for no free table of adults has a standard deviation; adults' greatest moment is "
-    "1.45 ± 0.19 N m/kg. A landing is heel first where the first force acts behind the ankle.",
+    f"up to {BUMP_HEIGHT_CM} cm high and low, smoothed over 15 cm; the controller knows the "
+    "ground. Pushes come from the right for 0.4 s at the trunk at four phases of the right "
+    "foot's cycle; the paper does not say at which. Its walker, a learned policy of 48.5 kg, "
+    "withstood 80 N and fell at 100 N: 0.66 and 0.82 m/s; ours are heavier, 100 N are 0.49 m/s. "
+    "Withstood: on the feet six seconds later. Ankle moments are held against those of 83 "
+    "children at a free speed (Schwartz 2008), for no free table of adults has a standard "
+    "deviation; adults' greatest moment is 1.45 ± 0.19 N m/kg. A landing is heel first where the "
+    "first force acts behind the ankle.",
 )
 
 
@@ -84,8 +99,8 @@ def level(controller: str, data: Path | None, feet: str, seconds: float) -> Resu
     for side in ("r", "l"):
         moment = record.torque(f"ankle_angle_{side}") / record.human.mass
         curves += cut(record.motion.time, moment, [x for x in found.landings if x.side == side])
-    heels = [x.heel for x in found.landings if x.time > SETTLED]
-    curve = np.mean(curves, axis=0) if curves else np.full(POINTS, np.nan)
+    heels = [x.heel for x in found.landings if x.time > SETTLING_TIME]
+    curve = np.mean(curves, axis=0) if curves else np.full(N_CURVE_POINTS, np.nan)
     return {
         **figures(found),
         "moment": curve,
@@ -97,17 +112,17 @@ def level(controller: str, data: Path | None, feet: str, seconds: float) -> Resu
 def cut(
     time: Float[Array, " n"], values: Float[Array, " n"], landings: Sequence[Landing]
 ) -> list[Float[Array, " 51"]]:
-    """Return a curve over every whole cycle of a foot, from :data:`SETTLED` on."""
-    strikes = [x.time for x in landings if x.time > SETTLED]
+    """Return a curve over every whole cycle of a foot, from :data:`SETTLING_TIME` on."""
+    strikes = [x.time for x in landings if x.time > SETTLING_TIME]
     return [
-        np.interp(np.linspace(begin, end, POINTS), time, values)
+        np.interp(np.linspace(begin, end, N_CURVE_POINTS), time, values)
         for begin, end in zip(strikes[:-1], strikes[1:], strict=True)
     ]
 
 
 def bumps(controller: str, data: Path | None, feet: str, seed: int, seconds: float) -> Result:
     """Return a walk over bumps."""
-    ground = ground_named(f"bumps:{CM}", seed=seed)
+    ground = ground_named(f"bumps:{BUMP_HEIGHT_CM}", seed=seed)
     found = walk(walking_on(controller, data, feet), ground=ground, duration=seconds)
     heels = [x.heel for x in found.landings]
     return {**figures(found), "heel": [sum(heels), len(heels)]}
@@ -115,7 +130,7 @@ def bumps(controller: str, data: Path | None, feet: str, seed: int, seconds: flo
 
 def pushed(controller: str, data: Path | None, feet: str, force: float, phase: float) -> Result:
     """Return the outcome of a push from the right."""
-    found = PushedWalk(walking_on(controller, data, feet), phase)(force, np.pi / 2, PUSH)
+    found = PushedWalk(walking_on(controller, data, feet), phase)(force, np.pi / 2, PUSH_DURATION)
     return {**figures(found), "withstood": found.withstood}
 
 
@@ -136,14 +151,14 @@ def _each(
 
 
 def _level(controllers: Sequence[str], data: Path | None, quick: bool) -> Cases:
-    long = SHORT if quick else LONG
+    long = QUICK_DURATION if quick else DURATION
     work = {f"{long:g} s": partial(level, seconds=long)}
     return _each("level", controllers, data, quick, work)
 
 
 def _bumps(controllers: Sequence[str], data: Path | None, quick: bool) -> Cases:
-    long = SHORT if quick else LONG
-    seeds = range(1, 2 if quick else SEEDS + 1)
+    long = QUICK_DURATION if quick else DURATION
+    seeds = range(1, 2 if quick else N_SEEDS + 1)
     work = {f"{seed}, {long:g} s": partial(bumps, seed=seed, seconds=long) for seed in seeds}
     return _each("bumps", controllers, data, quick, work)
 
@@ -154,7 +169,7 @@ def _pushes(
     work = {
         f"{force} N at {phase:g}": partial(pushed, force=float(force), phase=phase)
         for force in (forces[:1] if quick else forces)
-        for phase in (PHASES[:1] if quick else PHASES)
+        for phase in (PUSH_PHASES[:1] if quick else PUSH_PHASES)
     }
     return _each("push", controllers, data, quick, work)
 
@@ -201,17 +216,17 @@ def rows(cached: CachedResults) -> Iterator[Row]:
     for subject, found in _found(cached, "bumps").items():
         yield at_least(subject, "walked on bumps", _share(found.values()), _goal(subject), "%")
     for subject, found in _found(cached, "push").items():
-        for force in ALL:
+        for force in ALL_FORCES:
             own = [r for what, r in found.items() if what.startswith(f"{force} N")]
             if own:
-                goal = _goal(subject) if force <= WITHSTOOD else None
+                goal = _goal(subject) if force <= PAPER_FORCE else None
                 yield at_least(subject, f"withstood {force} N", _share(own), goal, "%")
 
 
 def pictures(cached: CachedResults) -> list[Section]:
     """Return the ankle moments over the cycle."""
     band = norm("ankle_angle_moment", "free")
-    percent = np.linspace(0.0, 100.0, POINTS)
+    percent = np.linspace(0.0, 100.0, N_CURVE_POINTS)
     drawn = [Series(percent, band.mean, "measured, children", dash="4 3")]
     dashes: dict[str, str] = dict(zip(FEET, ("", "8 3", "2 3"), strict=True))
     for subject, found in _found(cached, "level").items():
@@ -250,7 +265,7 @@ def experiment(controllers: Sequence[str], data: Path | None) -> Specification:
             "level": partial(_level, controllers, data),
             "bumps": partial(_bumps, controllers, data),
             "pushes": partial(_pushes, FORCES, controllers, data),
-            "all pushes": partial(_pushes, ALL, controllers, data),
+            "all pushes": partial(_pushes, ALL_FORCES, controllers, data),
         },
         default_parts=("level", "bumps", "pushes"),
         summary=_summary,

@@ -2,8 +2,8 @@
 
 Every trial of the data folder with markers is fitted with its file name alone; its angles in all
 planes, moments and events are compared with those of other software and of the plates. The people
-of the calibration set (:data:`SETTLED`), on whom constants of the fit were chosen, have a table of
-their own; the other one is the validation set.
+of the calibration set (:data:`SETTLING_PEOPLE`), on whom constants of the fit were chosen, have a
+table of their own; the other one is the validation set.
 """
 
 import time
@@ -52,7 +52,8 @@ from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.settings import FitSettings
 
 LEGS = ("hip_flexion", "knee_angle", "ankle_angle")
-ROUGH = 0.6  # roughness of the worst stored moment above which none of a file is held against
+MAX_MOMENT_ROUGHNESS = 0.6
+"""Roughness of the worst stored moment above which none of a file is compared [1]."""
 
 NOTES = (
     "",
@@ -111,10 +112,10 @@ OVERVIEW = (
     *("inverse kinematics, median", "read, fit and analyse"),
 )
 """Figures of the table over all trials."""
-SETTLED = ("HC032", "opensim_walking2", "gait2392_subject01", "opencap_subject4")
+SETTLING_PEOPLE = ("HC032", "opensim_walking2", "gait2392_subject01", "opencap_subject4")
 """People on whose recordings constants of the fit were settled, as parts of the trials' names."""
 # One of each kind: Plug-in Gait's outputs, OpenSim's angles and moments, each sort of skeleton.
-QUICK = (
+QUICK_TRIALS = (
     "c3d/HC032A03.c3d",
     "opensim/rajagopal_walk/markers_walk.trc",
     "opensim/gait2392_subject01/subject01_walk1.trc",
@@ -147,14 +148,14 @@ def run(
     """Return the table over every walking trial in a data folder."""
     title = "Accuracy of fits, each called with its file name alone"
     others = [p.relative_to(data).as_posix() for s in SKELETONS for p in sorted(data.glob(s))]
-    names = QUICK if quick else (*WALKS, *MOVEMENTS, *others)
+    names = QUICK_TRIALS if quick else (*WALKS, *MOVEMENTS, *others)
     with_markers = {*WALKS, *MOVEMENTS}
 
     def rows(path: Path, name: str) -> list[Row]:
         return trial_rows(path, name) if name in with_markers else skeleton_rows(path, name)
 
     table = over_trials(title, data, names, rows, say=say, notes=NOTES)
-    settled = [row for row in table.rows if any(who in row.subject for who in SETTLED)]
+    settled = [row for row in table.rows if any(who in row.subject for who in SETTLING_PEOPLE)]
     rest = [row for row in table.rows if row not in settled]
     means = [
         *com_mean("people on whom constants were settled", settled),
@@ -326,7 +327,10 @@ def plug_in_gait_moment_rows(name: str, trial: Trial, recording: Recording) -> l
         return rows
     clock = markers.time
     keys = {side.upper() + moment for moment, _ in PLUG_IN_GAIT.values() for side in SIDES}
-    noisy = any(roughness(recording.outputs[k][:, 0]) > ROUGH for k in keys & {*recording.outputs})
+    noisy = any(
+        roughness(recording.outputs[k][:, 0]) > MAX_MOMENT_ROUGHNESS
+        for k in keys & {*recording.outputs}
+    )
     for joint, (moment, sign) in PLUG_IN_GAIT.items():
         for side in SIDES:
             column = f"{joint}_{side}"

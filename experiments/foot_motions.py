@@ -27,21 +27,30 @@ from plantigrade.threads import on_one_thread
 from plantigrade.workflows.simulate import simulate
 from plantigrade.world import World, on_ground
 
-CONTROL, AFTER = 90.0, 1.0
-"""Command rate [1/s]; time of standing after the script [s]."""
+CONTROL_RATE = 90.0
+"""Rate of commands [1/s]."""
+STANDING_TIME = 1.0
+"""Time of standing after the script [s]."""
 SIZES = ((HEIGHT, MASS), (1.45, 45.0), (1.70, 65.0), (1.95, 110.0), (1.60, 95.0), (1.85, 62.0))
 """Stature and mass; the paper's first [m, kg]."""
-TIPTOE, JUMP = 10.0, 10.0
-"""Goals: time on tiptoe [s], rise of a jump [cm]."""
-RECORDED, RECORDING = "recorded", Path("cmu_asfamc/49_18.amc")
-"""Name of the part with a recording, and its file in the folder of recordings."""
-FEET, STANCE_FORCE = ("multi-segment", "two-segment"), 20.0
-"""Its feet; load of a stance foot [N]."""
+MIN_TIPTOE_TIME = 10.0
+"""Goal: time on tiptoe [s]."""
+MIN_JUMP_RISE = 10.0
+"""Goal: rise of the centre of mass in a jump [cm]."""
+RECORDED_PART = "recorded"
+"""Name of the part with a recording."""
+RECORDING_FILE = Path("cmu_asfamc/49_18.amc")
+"""File of that part in the folder of recordings."""
+RECORDED_PART_FEET = ("multi-segment", "two-segment")
+"""Feet of that part."""
+MIN_STANCE_FORCE = 20.0
+"""Least load of a stance foot [N]."""
 LIFT_OFF_LOAD = 0.1
 """Load below which a rising body has left the ground [body weights]."""
-HYSTERESIS, MIN_LOAD_SHARE = 0.1, 0.1
-"""Distance by which pressure is nearer to another bone before it moves on [bones]; load share of a
-bone that it passes."""
+PRESSURE_HYSTERESIS = 0.1
+"""Distance by which pressure is nearer to another bone before it moves on [bones]."""
+MIN_LOAD_SHARE = 0.1
+"""Least load share of a bone that the pressure passes [1]."""
 NOTES = (
     "",
     "'on toes' is the longest time in which nothing but points of the toes touched the ground, "
@@ -63,9 +72,9 @@ def _cases(name: str, quick: bool) -> Cases:
 
 def _tracked(data: Path, quick: bool) -> Cases:
     """Return a recording of balance on one leg, on different feet."""
-    path = data / RECORDING
-    feet = FEET[:1] if quick else FEET
-    return {f"{RECORDED}/{path.stem}, {kind}": partial(track, path, kind) for kind in feet}
+    path = data / RECORDING_FILE
+    feet = RECORDED_PART_FEET[:1] if quick else RECORDED_PART_FEET
+    return {f"{RECORDED_PART}/{path.stem}, {kind}": partial(track, path, kind) for kind in feet}
 
 
 def track(path: Path, feet: str) -> dict[str, Any]:
@@ -74,7 +83,8 @@ def track(path: Path, feet: str) -> dict[str, Any]:
     record = run.record
     load = np.asarray(record.contact_force)[:, :, 2]
     down = [
-        load[:, [s.side == side for s in record.sites]].sum(axis=1) > STANCE_FORCE for side in SIDES
+        load[:, [s.side == side for s in record.sites]].sum(axis=1) > MIN_STANCE_FORCE
+        for side in SIDES
     ]
     return {
         "stood": run.ok,
@@ -89,10 +99,10 @@ def measure(name: str, height: float, mass: float) -> dict[str, Any]:
     """Return the figures of a motion."""
     human = Human.create(height, mass, SEX, JOINTS, "multi-segment")
     reference = scripted(human, script_named(name))
-    world = World(human, rate=RATE, control_rate=CONTROL, recording=False)
+    world = World(human, rate=RATE, control_rate=CONTROL_RATE, recording=False)
     qpos = on_ground(human, world.ground, reference.motion.qpos[0])
     state, controller = world.reset(qpos=qpos), Balance(reference)
-    first, end = float(state.body.com[2]), float(reference.time[-1]) + AFTER
+    first, end = float(state.body.com[2]), float(reference.time[-1]) + STANDING_TIME
     toes = np.array(["toe_" in s.name or "metatarsal_" in s.name for s in world.sites])
     toes &= np.array(["phalanges" in s.name for s in world.sites])
     loads, heights, limited = [], [], 0.0
@@ -109,8 +119,8 @@ def measure(name: str, height: float, mass: float) -> dict[str, Any]:
     return {
         "stood": on_feet(world),
         "time": world.time,
-        "on_toes": longest(on_toes & ~on_rest) / CONTROL,
-        "air": longest(~(on_toes | on_rest)) / CONTROL,
+        "on_toes": longest(on_toes & ~on_rest) / CONTROL_RATE,
+        "air": longest(~(on_toes | on_rest)) / CONTROL_RATE,
         "rise": 100.0 * (max(heights) - first),
         "flight": 100.0 * flown(heights, load.sum(axis=1) / (mass * GRAVITY)),
         "bones": bones,
@@ -155,14 +165,14 @@ def circled(
 
     The number of toe bones that carried load, the number of sweeps of the pressure from one border
     of the foot towards the other, and the share of sweeps that pass every bone in order. Pressure
-    is at the bone whose number is nearest to the mean number weighted by load; it moves on once
-    it is nearer to another by :data:`HYSTERESIS`, and passes a bone whose load share reaches
+    is at the bone whose number is nearest to the mean number weighted by load; it moves on once it
+    is nearer to another by :data:`PRESSURE_HYSTERESIS`, and passes a bone whose load share reaches
     :data:`MIN_LOAD_SHARE`. (The bone with the greatest load is no measure: of three that are one
-    segment it is never the middle one.) Only the longest interval counts in which nothing else
-    of that foot touches.
+    segment it is never the middle one.) Only the longest interval counts in which nothing else of
+    that foot touches.
 
     Args:
-        load: Vertical force of every sphere, at :data:`CONTROL` [N].
+        load: Vertical force of every sphere, at :data:`CONTROL_RATE` [N].
         names: Of the spheres.
         end: When the script ends [s].
     """
@@ -171,7 +181,7 @@ def circled(
         for b in range(1, 6)
     ]
     inside = [i for i, n in enumerate(names) if n.endswith("_l") and i not in sum(of, [])]
-    each = np.stack([load[:, own].sum(axis=1) for own in of], axis=1)[: int(end * CONTROL)]
+    each = np.stack([load[:, own].sum(axis=1) for own in of], axis=1)[: int(end * CONTROL_RATE)]
     alone = load[: len(each), inside].max(axis=1) < PRESSING_FORCE
     while_alone = runs(alone & (each.sum(axis=1) > 2 * PRESSING_FORCE))
     if not while_alone:
@@ -181,7 +191,7 @@ def circled(
     passed: list[tuple[int, float]] = []  # bone, and the most it carried meanwhile
     for mine, middle in zip(share, share @ np.arange(1.0, 6.0), strict=True):
         at = round(middle)
-        if not passed or abs(middle - passed[-1][0]) > 0.5 + HYSTERESIS:
+        if not passed or abs(middle - passed[-1][0]) > 0.5 + PRESSURE_HYSTERESIS:
             passed.append((at, 0.0))
         bone, most = passed[-1]
         passed[-1] = bone, max(most, float(mine[bone - 1]))
@@ -202,14 +212,14 @@ FIGURES = {
     "tiptoe": {"on_toes": "s"},
     "jump": {"rise": "cm", "flight": "cm", "air": "s"},
     "circling": {"bones": "", "sweeps": "", "in_order": ""},
-    RECORDED: {"time": "s", "one_leg": "s", "torque": "%"},
+    RECORDED_PART: {"time": "s", "one_leg": "s", "torque": "%"},
 }
 """Motion → its figures and their units."""
 
 
 def rows(cached: CachedResults) -> Iterator[Row]:
     """Return the figures of all motions, with their goals."""
-    for name in (*MOTIONS, RECORDED):
+    for name in (*MOTIONS, RECORDED_PART):
         found = cached.select(name)
         if not found:
             continue
@@ -219,15 +229,15 @@ def rows(cached: CachedResults) -> Iterator[Row]:
             return min(r[key] for r in found.values())
 
         if name == "tiptoe":
-            yield at_least(name, "on toes", least("on_toes"), TIPTOE, "s")
+            yield at_least(name, "on toes", least("on_toes"), MIN_TIPTOE_TIME, "s")
         if name == "jump":
-            yield at_least(name, "least rise", least("rise"), JUMP, "cm")
+            yield at_least(name, "least rise", least("rise"), MIN_JUMP_RISE, "cm")
             yield Row(name, "least flight", least("flight"), "cm")
         if name == "circling":
             yield at_least(name, "least bones", least("bones"), 5)
             share = float(np.mean([r["in_order"] for r in found.values()]))
             yield equal(name, "sweeps in order", 100 * share, 100, "%")
-        every = {} if name == RECORDED else {"points": "", "most_limited": ""}
+        every = {} if name == RECORDED_PART else {"points": "", "most_limited": ""}
         for key, r in found.items():
             for figure, unit in (FIGURES.get(name, {}) | every).items():
                 yield Row(key.replace("/", ", "), figure.replace("_", " "), r[figure], unit)
@@ -239,7 +249,7 @@ def experiment(data: Path | None) -> Specification:
     return Specification(
         name="foot-motions",
         title="Motions of the feet",
-        parts=parts if data is None else {**parts, RECORDED: partial(_tracked, data)},
+        parts=parts if data is None else {**parts, RECORDED_PART: partial(_tracked, data)},
         rows=rows,
         notes=NOTES,
     )

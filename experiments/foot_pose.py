@@ -46,29 +46,31 @@ from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.settings import FitSettings
 
 WALKS = ("c3d/HC032A03.c3d", "c3d/HC038A11.c3d", "c3d/HC038A27.c3d")
-QUICK = WALKS[:1]
+QUICK_TRIALS = WALKS[:1]
 PAIRS = ("hindfoot", "forefoot", "hallux")
-LEAST = 0.8  # correlation over stance of what a pressing pattern can tell: the sagittal angles
-TOLD = ("hindfoot_dorsiflexion", "forefoot_dorsiflexion", "hallux_dorsiflexion")
-ADULTS, CHILDREN = 2.45, 4.61
-"""How well the Oxford Foot Model finds its own angles again [deg]: largest standard error in one
-session with markers put on anew, stance taken as zero [Wright2011]_; mean of all angles over two
-sessions in children [Mahaffey2013]_."""
+MIN_CORRELATION = 0.8
+"""Goal of the correlation over stance of :data:`PRESSURE_ANGLES` [1]."""
+PRESSURE_ANGLES = ("hindfoot_dorsiflexion", "forefoot_dorsiflexion", "hallux_dorsiflexion")
+ADULT_REPEATABILITY = 2.45
+"""Largest standard error of the Oxford Foot Model in one session with markers put on anew, stance
+taken as zero [Wright2011]_ [deg]."""
+CHILD_REPEATABILITY = 4.61
+"""Mean standard error of all its angles over two sessions in children [Mahaffey2013]_ [deg]."""
 
 
 TOE_LINE = ("P1M", "TOE", "HLX")
 """Markers of the Oxford Foot Model from the first metatarsal to the hallux, after the side."""
-STILL = 0.5  # an angle that moves less than this has no course to correlate [deg]
+MIN_ANGLE_RANGE = 0.5  # an angle that moves less than this has no course to correlate [deg]
 STRIDE = 0.5  # the way is the ankle's path smoothed by a bell of this width [s]
 PUBLISHED = "normative/oxford_foot_model"
-MEANS = {
+MEAN_CURVE_FILES = {
     "hindfoot": "AHindfootTibiaDorsiflexion",
     "forefoot": "AForefootHindfootDorsiflexion",
     "hallux": "AHalluxForefootDorsiflexion",
 }
 """Files of published mean curves, by percent of the cycle [deg]."""
 TOE_OFF = 62.0  # in those curves [% of the cycle]
-WHO = ("controller", "fit to markers")
+ANGLE_SOURCES = ("controller", "fit to markers")
 FIGURES = ("r", "RMSE without offset", "RMSE")
 
 
@@ -79,8 +81,9 @@ def run(
     notes = (
         "controller: from the ankle's path, the shank and what rests; it takes the foot to point "
         "along the way. fit to markers: all of them, on a multi-segment foot. Angles in deg.",
-        f"Repeatability of the Oxford Foot Model itself: {ADULTS} deg at most in adults, markers "
-        f"put on anew (Wright 2011); {CHILDREN} deg on the mean in children (Mahaffey 2013).",
+        f"Repeatability of the Oxford Foot Model itself: {ADULT_REPEATABILITY} deg at most in "
+        f"adults, markers put on anew (Wright 2011); {CHILD_REPEATABILITY} deg on the mean in "
+        "children (Mahaffey 2013).",
         "Two numbers of the controller were taken from the published means: agreement with them is "
         "no test of these two.",
         "What presses tells nothing of frontal and transverse angles: they are printed to show it. "
@@ -89,7 +92,7 @@ def run(
         "(34 deg). Both are printed.",
     )
     title = "Foot pose from the ankle's path against the Oxford Foot Model, stance"
-    names = QUICK if quick else WALKS
+    names = QUICK_TRIALS if quick else WALKS
     table = over_trials(title, data, names, trial_rows, say=say, notes=notes)
     return replace(table, sheets=sheets_of("Angles in stance [deg]", table.rows))
 
@@ -131,20 +134,24 @@ def angle_rows(
                 oxford = on_clock(recording.markers.time, stored[:, i], time)
                 oxford = np.where(stands, oxford, np.nan)
                 angle = f"{pair}_{what}"
-                if i == 0 and means is not None and (means / f"{MEANS[pair]}.txt").exists():
-                    table = np.loadtxt(means / f"{MEANS[pair]}.txt")
+                if (
+                    i == 0
+                    and means is not None
+                    and (means / f"{MEAN_CURVE_FILES[pair]}.txt").exists()
+                ):
+                    table = np.loadtxt(means / f"{MEAN_CURVE_FILES[pair]}.txt")
                     both = {"controller": np.rad2deg(angles[0][:, 0]), "stored": oxford}
                     yield from _beside_means(name, f"{angle}_{side}", both, table, stands)
                 span = float(np.nanmax(oxford) - np.nanmin(oxford))
                 yield Row(name, f"{angle}_{side}, span", span, "deg")
-                for who, ours in zip(WHO, angles, strict=True):
+                for who, ours in zip(ANGLE_SOURCES, angles, strict=True):
                     mine = np.rad2deg(ours[:, i])
-                    moves = np.ptp(mine[np.isfinite(oxford)]) > STILL
+                    moves = np.ptp(mine[np.isfinite(oxford)]) > MIN_ANGLE_RANGE
                     found = compare_curves(mine, oxford)
                     r = found.correlation if moves else np.nan
                     row = Row(name, f"{angle}_{side}, {who}, r", r if moves else None)
-                    if who == WHO[0] and angle in TOLD:
-                        row = at_least(name, row.quantity, r, LEAST)
+                    if who == ANGLE_SOURCES[0] and angle in PRESSURE_ANGLES:
+                        row = at_least(name, row.quantity, r, MIN_CORRELATION)
                     yield row
                     values = (found.rmse_offset_removed, found.rmse)
                     for figure, value in zip(FIGURES[1:], values, strict=True):
@@ -212,11 +219,11 @@ def _beside_markers(
     seen = np.where(stands, on_clock(markers.time, rise[1] - rise[0], time), np.nan)
     angle = f"hallux_by_markers_{side}"
     yield Row(name, f"{angle}, span", float(np.nanmax(seen) - np.nanmin(seen)), "deg")
-    for who, ours in zip(WHO, angles, strict=True):
+    for who, ours in zip(ANGLE_SOURCES, angles, strict=True):
         found = compare_curves(ours, seen)
         r = found.correlation
         row = Row(name, f"{angle}, {who}, r", r)
-        yield at_least(name, row.quantity, r, LEAST) if who == WHO[0] else row
+        yield at_least(name, row.quantity, r, MIN_CORRELATION) if who == ANGLE_SOURCES[0] else row
         yield Row(name, f"{angle}, {who}, RMSE without offset", found.rmse_offset_removed, "deg")
 
 

@@ -23,13 +23,13 @@ from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.settings import FitSettings
 
 WALKS = ("c3d/HC038A11.c3d", "c3d/HC038A27.c3d", "c3d/HC032A03.c3d")
-QUICK = WALKS[-1:]
+QUICK_TRIALS = WALKS[-1:]
 # Pair of segments → the Oxford Foot Model's name for its three angles.
 STORED = {"hindfoot": "HFTBA", "forefoot": "FFHFA", "forefoot_to_tibia": "FFTBA", "hallux": "HXFFA"}
 # What the same examiner finds again in the same person, stance angles taken as zero: largest
 # standard error of measurement of hindfoot and forefoot in any plane [Wright2011]_ [deg].
 REPEATABILITY = 2.45
-LEAST = 0.8  # correlation over the gait cycle
+MIN_CORRELATION = 0.8  # correlation over the gait cycle
 
 
 def run(
@@ -41,7 +41,7 @@ def run(
         "Oxford Foot Model itself between sessions, referenced to stance (Wright 2011)."
     )
     title = "Foot segments against the Oxford Foot Model"
-    names = QUICK if quick else WALKS
+    names = QUICK_TRIALS if quick else WALKS
     return over_trials(title, data, names, trial_rows, say=say, notes=[note])
 
 
@@ -78,6 +78,6 @@ def angle_rows(name: str, fitted: Fit, recording: Recording, events) -> Iterator
                 found = compare_curves(mine, theirs)
                 note = f"spans {span:.0f} deg, offset {found.mean_difference:.0f}"
                 rmse = found.rmse_offset_removed
-                r = at_least(name, f"{column}, r", found.correlation, LEAST)
+                r = at_least(name, f"{column}, r", found.correlation, MIN_CORRELATION)
                 yield replace(r, note=note)
                 yield at_most(name, f"{column}, RMSE", rmse, REPEATABILITY, "deg")

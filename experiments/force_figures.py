@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from experiments.recording_ends import COVERED, ERROR, PHASES
+from experiments.recording_ends import COVERAGE_PREFIX, ERROR_PREFIX, PHASES
 from plantigrade.analyze.gait_forces import ForceComparison
 
 
@@ -95,7 +95,7 @@ MOMENTS = tuple(
     )
 )
 """Joint moments against inverse dynamics with the plates."""
-BANDS = tuple(
+BAND_FIGURES = tuple(
     Figure(f"{words} in the 90 % band", short, _covered(what), "%", *IN_BAND, digits=0)
     for what, words, short in (
         ("vertical_force", "vertical force", "vertical"),
@@ -111,22 +111,24 @@ BANDS = tuple(
 """How often the measured value lies in the band."""
 BY_PHASE = (
     *(
-        Figure(ERROR + phase, f"{short} BW", _nowhere, "BW", goal)
+        Figure(ERROR_PREFIX + phase, f"{short} BW", _nowhere, "BW", goal)
         for phase, short, goal in zip(
             PHASES, ("single", "double", "ends"), (None, 0.055, None), strict=True
         )
     ),
     *(
-        Figure(COVERED + phase, f"{short} %", _nowhere, "%", *IN_BAND, digits=0)
+        Figure(COVERAGE_PREFIX + phase, f"{short} %", _nowhere, "%", *IN_BAND, digits=0)
         for phase, short in zip(PHASES, ("single", "double", "ends"), strict=True)
     ),
 )
 """Vertical force by phase of the walk."""
-LEAST = Figure("vertical force, least r of a recording", "least r", _nowhere, "", 0.95, True)
-TIME = Figure("computing time", "s", _nowhere, "s", 0.5, digits=2)
-AHEAD = Figure("centre of pressure x, ahead", "ahead", _nowhere, "mm", 10.0, digits=1)
+LEAST_CORRELATION = Figure(
+    "vertical force, least r of a recording", "least r", _nowhere, "", 0.95, True
+)
+COMPUTING_TIME = Figure("computing time", "s", _nowhere, "s", 0.5, digits=2)
+PRESSURE_AHEAD = Figure("centre of pressure x, ahead", "ahead", _nowhere, "mm", 10.0, digits=1)
 """Goal of its size in movements other than walking."""
-FIGURES = (*FORCES, *MOMENTS, *BANDS)
+FIGURES = (*FORCES, *MOMENTS, *BAND_FIGURES)
 OPENGRF = (
     "OpenGRF: published figures of level walking of seven adults, other people and another "
     "protocol (Di Pietro, Di Puccio and Modenese 2025): "

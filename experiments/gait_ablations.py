@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.gait_walks import QUICK, Walks, reproduce_walks
+from experiments.gait_walks import QUICK_PEOPLE, Walks, reproduce_walks
 from experiments.table import ResultTable, Row, sheets_of
 
 NOTES = (
@@ -22,7 +22,7 @@ NOTES = (
     "people. The centre of mass is off by the largest distance in any walk, and by the median of "
     "that over walks.",
 )
-WHAT = {
+VARIANTS = {
     "default": "eight phases: swing in its three parts, postures passed at their recorded rates",
     "no-rates": "eight phases, rates of the smooth curve through the postures",
     "six-phases": "swing divided only where the leg is shortest, recorded rates",
@@ -43,8 +43,8 @@ def run(
     """
     rows: list[Row] = []
     notes, left_out = [*NOTES], []
-    people = QUICK if quick else None
-    made = reproduce_walks(data, tuple(WHAT), people=people, one_each=True, say=say)
+    people = QUICK_PEOPLE if quick else None
+    made = reproduce_walks(data, tuple(VARIANTS), people=people, one_each=True, say=say)
     for tasks, walks in made.items():
         left_out = walks.left_out
         notes += [
@@ -54,7 +54,7 @@ def run(
         if figures:
             rows += [Row(tasks, name, value, unit) for name, (value, unit) in figures.items()]
     table = sheets_of("One walk of each person", rows)
-    notes += [f"{tasks}: {what}." for tasks, what in WHAT.items()]
+    notes += [f"{tasks}: {what}." for tasks, what in VARIANTS.items()]
     return ResultTable("Ordered tasks with parts left out", rows, [*notes, *left_out], table)
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.fit_accuracy import SETTLED, WALKS
+from experiments.fit_accuracy import SETTLING_PEOPLE, WALKS
 from experiments.table import ResultTable, Row, at_most, mean_rows, over_trials
 from plantigrade.analyze.gait_forces import ForceComparison, compare_forces
 from plantigrade.analyze.recorded_walk import RecordedWalk
@@ -20,8 +20,11 @@ from plantigrade.errors import ReproduceError
 from plantigrade.ordered_tasks.reproduced_gait import rebuild
 from plantigrade.workflows.fit import fit_trial
 
-QUICK = ("c3d/HC032A03.c3d", "opensim/gait2392_subject01/subject01_walk1.trc")
-VERTICAL, RESIDUAL = 0.08, 1e-6  # goals
+QUICK_TRIALS = ("c3d/HC032A03.c3d", "opensim/gait2392_subject01/subject01_walk1.trc")
+MAX_VERTICAL_ERROR = 0.08
+"""Goal of the vertical force's error [BW]."""
+MAX_RESIDUAL = 1e-6
+"""Goal of the residual of the equations of motion [1]."""
 GOALS = {
     "forward force, r": (">=", 0.9),
     "centre of pressure, backward in a stance": ("<=", 20.0),
@@ -29,7 +32,7 @@ GOALS = {
     "knee_angle moment, r": (">=", 0.85),
     "hip_flexion moment, r": (">=", 0.9),
     "centre of mass, greatest error": ("<=", 15.0),
-    "vertical force, RMSE": ("<=", VERTICAL),
+    "vertical force, RMSE": ("<=", MAX_VERTICAL_ERROR),
 }
 """Quantity → what a gait rebuilt by forces is held against, in the unit of its row."""
 
@@ -51,9 +54,9 @@ def run(
 ) -> ResultTable:
     """Return the table over the walks on force plates in a data folder."""
     title = "Ground reactions of gaits rebuilt by forces"
-    names = QUICK if quick else WALKS
+    names = QUICK_TRIALS if quick else WALKS
     table = over_trials(title, data, names, trial_rows, say=say, notes=NOTES)
-    settled = [row for row in table.rows if any(who in row.subject for who in SETTLED)]
+    settled = [row for row in table.rows if any(who in row.subject for who in SETTLING_PEOPLE)]
     rest = [row for row in table.rows if row not in settled]
     means = [*mean_rows("mean, settled", settled), *mean_rows("mean, other people", rest)]
     means = [judged(row) for row in means]
@@ -84,7 +87,7 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     tick = 1e3 * float(np.median(motion.solver_time) + np.median(motion.kinematics_time))
     return [
         *map(judged, force_rows(name, c)),
-        at_most(name, "root residual", c.residual, RESIDUAL, "BW"),
+        at_most(name, "root residual", c.residual, MAX_RESIDUAL, "BW"),
         judged(Row(name, "centre of mass, greatest error", 1e3 * held.com_error_max_m, "mm")),
         Row(name, "range of motion, worst error", worst, "deg"),
         Row(name, "inside all limits", float(forces_status(forced, held) == "ok")),
@@ -100,7 +103,7 @@ def force_rows(name: str, c: ForceComparison) -> list[Row]:
         moments.append(Row(name, f"{joint} moment, RMSE", value, "N m/kg"))
         moments.append(Row(name, f"{joint} moment, r", c.moment_r[joint]))
     return [
-        at_most(name, "vertical force, RMSE", c.vertical_rmse, VERTICAL, "BW"),
+        at_most(name, "vertical force, RMSE", c.vertical_rmse, MAX_VERTICAL_ERROR, "BW"),
         Row(name, "vertical force, r", c.vertical_r),
         Row(name, "forward force, RMSE", c.forward_rmse, "BW"),
         Row(name, "forward force, r", c.forward_r),

@@ -21,7 +21,7 @@ from plantigrade.record import Record
 LEG = ("hip_flexion", "knee_angle", "ankle_angle")
 """Angles whose mean difference from norms is the usual figure of a simulated gait."""
 
-COMPARED = (*LEG, "pelvis_tilt", "pelvis_list", "pelvis_rotation", "hip_adduction")
+COMPARED_ANGLES = (*LEG, "pelvis_tilt", "pelvis_list", "pelvis_rotation", "hip_adduction")
 MIN_HUMP = 0.02  # [body weights] minimum height of the lower hump above the trough
 
 
@@ -86,7 +86,7 @@ def gait_shape(curves: GaitCurves, speed_class: str = "free", *, side: str = "r"
         return np.nanmean(rows, axis=0) if len(rows) else np.full(len(percent), np.nan)
 
     agreement = {}
-    for name in COMPARED:
+    for name in COMPARED_ANGLES:
         own = mean(curves.angles, name if name.startswith("pelvis") else f"{name}_{side}")
         if np.isfinite(own).any():
             agreement[name] = agreement_with_norm(percent, own, name, speed_class, side=side)

@@ -11,7 +11,14 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.gait_walks import QUICK, SETTLED, TURNS, Walk, Walks, reproduce_walks
+from experiments.gait_walks import (
+    QUICK_PEOPLE,
+    SETTLING_PEOPLE,
+    TURNS,
+    Walk,
+    Walks,
+    reproduce_walks,
+)
 from experiments.table import ResultTable, Row, at_least, at_most, sheet, sheets_of
 from plantigrade.analyze.gait_study import Study, StudyRow
 from plantigrade.analyze.reproduction import ROTATIONS
@@ -21,11 +28,20 @@ TASKS = ("paper", "default")
 TITLES = {"paper": "Tasks of the paper", "default": "Default tasks"}
 # Goals.
 SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
-ROM, ROM_MEAN, SAGITTAL_RMSE = 6, 3, 4  # [deg], of the default; the paper's tasks have its own
-WORST, WORST_MEDIAN, ENOUGH = 8, 5, 90  # of one gait's rotations [deg, deg, % of gaits]
+# Goals of the default tasks; the paper's tasks have its own.
+MAX_ROM_ERROR = 6  # [deg] of one rotation, mean over people
+MAX_MEAN_ROM_ERROR = 3  # [deg] mean over rotations
+MAX_SAGITTAL_RMSE = 4  # [deg]
+MAX_ROTATION_ERROR = 8  # [deg] of the worst rotation of one gait
+MAX_MEDIAN_ROTATION_ERROR = 5  # [deg] median over gaits of the worst rotation
+MIN_SHARE_OF_GAITS = 90  # [%] of gaits whose worst rotation is within MAX_ROTATION_ERROR
 CLEARANCE = 8  # [mm]
-COM, DRIFT, LOWEST = 5, 2, -5  # [mm]
-CYCLE, TICK, WHOLE_TICK = 0.5, 0.3, 0.6  # [s], [ms], [ms]
+MAX_COM_ERROR = 5  # [mm]
+MAX_CONTACT_DRIFT = 2  # [mm]
+MIN_SOLE_HEIGHT = -5  # [mm] of the lowest point of the soles
+MAX_CYCLE_TIME = 0.5  # [s] of computing, for a gait cycle
+MAX_PROGRAM_TIME = 0.3  # [ms] of the quadratic programs of a tick, median
+MAX_TICK_TIME = 0.6  # [ms] of a whole tick, median
 HALVES = {True: "settled half", False: "other half"}
 # Words in the names of figures that mean something of independent gaits only.
 TESTS = ("_p_", "identical", "_error_low_", "_error_high_")
@@ -47,7 +63,7 @@ NOTES = (
     "stand on the ground, toe clearance in mid swing beside the recorded one, the mean absolute "
     "ROM difference of the twelve, and times of this machine.",
     "Single gaits: of each walk, the rotation furthest off. The constants of the tasks were "
-    f"settled on the walks of {', '.join(SETTLED)}; the other half had no say in them.",
+    f"settled on the walks of {', '.join(SETTLING_PEOPLE)}; the other half had no say in them.",
 )
 
 
@@ -62,7 +78,7 @@ def run(
     rows: list[Row] = []
     sheets, figures = [], {}
     notes = [*NOTES]
-    people = QUICK if quick else None
+    people = QUICK_PEOPLE if quick else None
     for tasks, walks in reproduce_walks(data, TASKS, people=people, say=say).items():
         notes, title = [*NOTES, *walks.left_out], TITLES[tasks]
         rows += [
@@ -103,7 +119,10 @@ def single_gaits(walks: Walks, settled: bool) -> dict[str, tuple[float, str]]:
     clearance = [1e3 * abs(a - b) for c in half for a, b in c.clearance.values()]
     return {
         "gaits": (len(half), ""),
-        f"worst rotation within {WORST} deg": (100 * float(np.mean(worst <= WORST)), "%"),
+        f"worst rotation within {MAX_ROTATION_ERROR} deg": (
+            100 * float(np.mean(worst <= MAX_ROTATION_ERROR)),
+            "%",
+        ),
         "worst rotation, median": (float(np.median(worst)), "deg"),
         "worst rotation, largest": (float(worst.max()), "deg"),
         "ROM difference, mean absolute": (float(np.abs(off).mean()), "deg"),
@@ -117,8 +136,8 @@ def half_rows(tasks: str, walks: Walks, settled: bool) -> list[Row]:
     """Return what single gaits of one half of the people are held against."""
     subject = f"{tasks} tasks, {HALVES[settled]}"
     goals = {
-        f"worst rotation within {WORST} deg": (at_least, ENOUGH),
-        "worst rotation, median": (at_most, WORST_MEDIAN),
+        f"worst rotation within {MAX_ROTATION_ERROR} deg": (at_least, MIN_SHARE_OF_GAITS),
+        "worst rotation, median": (at_most, MAX_MEDIAN_ROTATION_ERROR),
         "toe clearance off by, largest": (at_most, CLEARANCE),
     }
     rows = []
@@ -140,12 +159,18 @@ def study_rows(tasks: str, result: Study) -> list[Row]:
             goal = f"<= {printed} as printed"
             rows.append(Row(subject, name, row.difference, "deg", goal, met))
             continue
-        rows.append(at_most(subject, name, abs(row.difference), ROM, "deg"))
-        rows.append(at_most(subject, f"{name}, mean absolute", row.difference_abs, ROM, "deg"))
+        rows.append(at_most(subject, name, abs(row.difference), MAX_ROM_ERROR, "deg"))
+        rows.append(
+            at_most(subject, f"{name}, mean absolute", row.difference_abs, MAX_ROM_ERROR, "deg")
+        )
         if row.coordinate[:-2] in SAGITTAL:
-            rows.append(at_most(subject, f"{row.coordinate} RMSE", row.rmse, SAGITTAL_RMSE, "deg"))
+            rows.append(
+                at_most(subject, f"{row.coordinate} RMSE", row.rmse, MAX_SAGITTAL_RMSE, "deg")
+            )
     for name, value in mean_differences(result).items():
-        rows.append(at_most(subject, name, value, None if tasks == "paper" else ROM_MEAN, "deg"))
+        rows.append(
+            at_most(subject, name, value, None if tasks == "paper" else MAX_MEAN_ROM_ERROR, "deg")
+        )
     return rows
 
 
@@ -168,19 +193,25 @@ def walk_rows(walk: Walk) -> list[Row]:
     """Return the figures of one reproduced walk, with their goals."""
     c, name, prefix = walk.comparison, walk.name, f"{walk.tasks} tasks"
     rows = [
-        at_most(name, f"{prefix}, centre of mass off by", 1e3 * c.com_error_max_m, COM, "mm"),
-        at_most(name, f"{prefix}, contact drift", 1e3 * c.contact_drift_m, DRIFT, "mm"),
-        at_least(name, f"{prefix}, lowest point of the soles", 1e3 * c.lowest_m, LOWEST, "mm"),
+        at_most(
+            name, f"{prefix}, centre of mass off by", 1e3 * c.com_error_max_m, MAX_COM_ERROR, "mm"
+        ),
+        at_most(name, f"{prefix}, contact drift", 1e3 * c.contact_drift_m, MAX_CONTACT_DRIFT, "mm"),
+        at_least(
+            name, f"{prefix}, lowest point of the soles", 1e3 * c.lowest_m, MIN_SOLE_HEIGHT, "mm"
+        ),
     ]
     if c.cycles:
-        rows.append(at_most(name, f"{prefix}, time per cycle", walk.seconds_per_cycle, CYCLE, "s"))
+        rows.append(
+            at_most(name, f"{prefix}, time per cycle", walk.seconds_per_cycle, MAX_CYCLE_TIME, "s")
+        )
         off = float(np.mean([abs(c.rom_error[n]) for _, n in ROTATIONS]))
         rows.append(Row(name, f"{prefix}, ROM difference, mean absolute", off, "deg"))
     ours, recorded = (_mean(v[k] for v in c.clearance.values()) for k in (0, 1))
     return [
         *rows,
-        at_most(name, f"{prefix}, program, median", 1e3 * walk.tick, TICK, "ms"),
-        at_most(name, f"{prefix}, whole tick, median", 1e3 * walk.whole_tick, WHOLE_TICK, "ms"),
+        at_most(name, f"{prefix}, program, median", 1e3 * walk.tick, MAX_PROGRAM_TIME, "ms"),
+        at_most(name, f"{prefix}, whole tick, median", 1e3 * walk.whole_tick, MAX_TICK_TIME, "ms"),
         Row(name, f"{prefix}, cycles", len(c.cycles)),
         Row(name, f"{prefix}, stance with contact", 100 * c.contact_share, "%"),
         Row(name, f"{prefix}, toe clearance", 1e3 * ours, "mm"),

@@ -36,8 +36,8 @@ PEOPLE = {
     "Rajagopal": ("opensim/rajagopal_walk/markers_walk.trc",),
 }
 # People on whom the constants of the tasks were settled; the others had no say in them.
-SETTLED = ("CMU 02", "CMU 16", "HC032A", "walking2", "gait2392")
-QUICK = ("CMU 49", "HC032A", "gait2392")  # people of a short form: one walk of each
+SETTLING_PEOPLE = ("CMU 02", "CMU 16", "HC032A", "walking2", "gait2392")
+QUICK_PEOPLE = ("CMU 49", "HC032A", "gait2392")  # people of a short form: one walk of each
 TURNS = ("c3d/HC038A27.c3d",)  # the person turns in it
 
 
@@ -82,7 +82,9 @@ class Walks:
 
     def half(self, *, settled: bool) -> list[Walk]:
         """Return the walks of whole cycles of the people the constants were settled on, or not."""
-        return [w for w in self.done if w.comparison.cycles and (w.person in SETTLED) == settled]
+        return [
+            w for w in self.done if w.comparison.cycles and (w.person in SETTLING_PEOPLE) == settled
+        ]
 
     @property
     def left_out(self) -> list[str]:

@@ -25,15 +25,17 @@ from plantigrade.workflows.synthesize import synthesize_task
 
 RATE = 100.0
 """Frames per second of the recordings [Hz]."""
-UP, DOWN = (0.0, 0.15, 0.30, 0.45, 0.45, 0.45), (0.0, -0.15, -0.30, -0.45, -0.45, -0.45)
-"""Height of the ground under each step [m]."""
+STAIRS_UP = (0.0, 0.15, 0.30, 0.45, 0.45, 0.45)
+"""Height of the ground under each step of a walk up stairs [m]."""
+STAIRS_DOWN = (0.0, -0.15, -0.30, -0.45, -0.45, -0.45)
+"""The same down stairs [m]."""
 _sloped = partial(Walk, periodic=True, speed=1.2, strides=3)
 GROUNDS: dict[str, tuple[Walk, str | None]] = {
     "level, generated": (_sloped(), None),
     "slope 8° up": (_sloped(slope=float(np.deg2rad(8))), "slope:8"),
     "slope 8° down": (_sloped(slope=float(np.deg2rad(-8))), "slope:-8"),
-    "steps 15 cm up": (Walk(steps=6, heights=UP, speed=0.9), "steps:15"),
-    "steps 15 cm down": (Walk(steps=6, heights=DOWN, speed=0.9), "steps:15"),
+    "steps 15 cm up": (Walk(steps=6, heights=STAIRS_UP, speed=0.9), "steps:15"),
+    "steps 15 cm down": (Walk(steps=6, heights=STAIRS_DOWN, speed=0.9), "steps:15"),
 }
 """The walk to generate, and the ground given to the fit; level ground for comparison."""
 

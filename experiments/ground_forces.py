@@ -16,16 +16,16 @@ import mujoco
 import numpy as np
 
 from experiments.abrupt_transfers import transfer_rows
-from experiments.fit_accuracy import MOVEMENTS, SETTLED, WALKS
+from experiments.fit_accuracy import MOVEMENTS, SETTLING_PEOPLE, WALKS
 from experiments.force_figures import (
-    AHEAD,
-    BANDS,
+    BAND_FIGURES,
     BY_PHASE,
+    COMPUTING_TIME,
     FIGURES,
     FORCES,
-    LEAST,
+    LEAST_CORRELATION,
     MOMENTS,
-    TIME,
+    PRESSURE_AHEAD,
     Figure,
 )
 from experiments.gait_forces import STANCES
@@ -48,7 +48,7 @@ from plantigrade.threads import on_one_thread
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.settings import FitSettings
 
-QUICK = ("c3d/HC032A03.c3d", "opensim/gait2392_subject01/subject01_walk1.trc")
+QUICK_TRIALS = ("c3d/HC032A03.c3d", "opensim/gait2392_subject01/subject01_walk1.trc")
 MASSES = {f"opensim/opencap_subject4/{name}.trc": 60.2 for name in ("STS1", "DJ1")}
 """Body mass where neither file nor plates tell it [kg]: weighed in other trials of the person."""
 ACTIVITIES = {
@@ -58,15 +58,19 @@ ACTIVITIES = {
     "jumps": ("DJ1",),
 }
 """Movements other than walking, each judged by itself: parts of the names of recordings."""
-NOISE_MM, NOISE_DEG, NOISE_HZ = 1.0, 0.3, 5.0  # RMS of added noise [mm], [deg]; below [Hz]
-NOISY, BESIDE, GIVEN = "with noise, ", "beside one plate, ", "on given ground, "
-LEVEL = "levelled plates, "
+NOISE_MM = 1.0  # [mm] RMS of noise added to translations
+NOISE_DEG = 0.3  # [deg] RMS of noise added to rotations
+NOISE_HZ = 5.0  # [Hz] below which that noise is
+NOISY_PREFIX = "with noise, "
+ONE_PLATE_PREFIX = "beside one plate, "
+GIVEN_GROUND_PREFIX = "on given ground, "
+LEVELLED_PREFIX = "levelled plates, "
 PREFIXES = {
     "": "",
-    LEVEL: " against plates without their tilt",
-    NOISY: f", {NOISE_MM:g} mm and {NOISE_DEG:g}° of noise added",
-    BESIDE: " of each foot beside the plates of the other",
-    GIVEN: " on given ground, of generated walks",
+    LEVELLED_PREFIX: " against plates without their tilt",
+    NOISY_PREFIX: f", {NOISE_MM:g} mm and {NOISE_DEG:g}° of noise added",
+    ONE_PLATE_PREFIX: " of each foot beside the plates of the other",
+    GIVEN_GROUND_PREFIX: " on given ground, of generated walks",
 }
 """Prefix of figures → its words in the title of a table."""
 
@@ -74,8 +78,8 @@ PREFIXES = {
 NOTES = (
     STANCES,
     "Plates are withheld; only where no file tells the body mass it is the one that they carry.",
-    f"Settled half: {', '.join(SETTLED)}; all constants were settled there. The other half is "
-    "other people and other laboratories.",
+    f"Settled half: {', '.join(SETTLING_PEOPLE)}; all constants were settled there. The other half "
+    "is other people and other laboratories.",
     f"With noise: {NOISE_MM:g} mm and {NOISE_DEG:g}° (RMS, below {NOISE_HZ:g} Hz) added to every "
     "coordinate of the fitted motion; held against the plates and inverse dynamics without it.",
     "OpenGRF: what Di Pietro, Di Puccio and Modenese (2025) print of level walking of seven "
@@ -102,21 +106,25 @@ def run(
 ) -> ResultTable:
     """Return the table over the recordings with force plates of a data folder."""
     title = "Ground reactions without force plates"
-    names = QUICK if quick else (*WALKS, *MOVEMENTS)
+    names = QUICK_TRIALS if quick else (*WALKS, *MOVEMENTS)
     table = over_trials(title, data, names, trial_rows, say=say, notes=NOTES)
     table = replace(table, rows=[*table.rows, *(() if quick else given_rows(say))])
     values: dict[str, dict[str, float]] = {}
     for row in table.rows:
         values.setdefault(row.subject, {})[row.quantity] = _number(row.value)
     halves = {
-        "settled half": [n for n in values if n in WALKS and any(part in n for part in SETTLED)],
-        "other half": [n for n in values if n in WALKS and not any(part in n for part in SETTLED)],
+        "settled half": [
+            n for n in values if n in WALKS and any(part in n for part in SETTLING_PEOPLE)
+        ],
+        "other half": [
+            n for n in values if n in WALKS and not any(part in n for part in SETTLING_PEOPLE)
+        ],
     }
     means = {half: _means([values[n] for n in names]) for half, names in halves.items() if names}
     for half, found in means.items():
         vertical = [values[n][FORCES[0].name] for n in halves[half] if FORCES[0].name in values[n]]
         if vertical:
-            found[LEAST.name] = min(vertical)
+            found[LEAST_CORRELATION.name] = min(vertical)
     groups = {
         words: _means([values[n] for n in values if any(part in n for part in parts)])
         for words, parts in ACTIVITIES.items()
@@ -124,7 +132,7 @@ def run(
     groups = {words: found for words, found in groups.items() if found}
     rows = [row for half, found in means.items() for row in _judged(half, found)]
     for words, found in groups.items():
-        rows += _judged(words, found, (AHEAD, *BANDS))
+        rows += _judged(words, found, (PRESSURE_AHEAD, *BAND_FIGURES))
     sheets = _sheets(values, {**means, **groups})
     if not quick and (trials := walks(data)):
         left_out = left_out_rows(trials)
@@ -157,12 +165,15 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     started = time.process_time()
     on_one_thread(estimate_forces)(alone.fit.human, alone.motion)  # as in a fit
     seconds = time.process_time() - started
-    rows = [*_compared(name, alone, alone, ""), Row(name, TIME.name, seconds, TIME.unit)]
+    rows = [
+        *_compared(name, alone, alone, ""),
+        Row(name, COMPUTING_TIME.name, seconds, COMPUTING_TIME.unit),
+    ]
     if name in WALKS:
-        rows += _rows(name, against_level(alone), LEVEL)
+        rows += _rows(name, against_level(alone), LEVELLED_PREFIX)
         noisy = analyse(with_noise(fit, name), mass=mass, without_plates=True)
-        rows += _compared(name, noisy, alone, NOISY)
-        rows += _rows(name, beside_one_plate(alone), BESIDE)
+        rows += _compared(name, noisy, alone, NOISY_PREFIX)
+        rows += _rows(name, beside_one_plate(alone), ONE_PLATE_PREFIX)
         rows += phase_rows(name, alone, mass)
     return rows
 
@@ -171,7 +182,7 @@ def given_rows(say: Callable[[str], None] = lambda _: None) -> list[Row]:
     """Return the rows of generated walks on slopes and steps, fitted with those as given."""
     rows = []
     for name, walk in GROUNDS.items():
-        rows += _rows(name, on_ground(*walk), GIVEN)
+        rows += _rows(name, on_ground(*walk), GIVEN_GROUND_PREFIX)
         say(f"{name} done")
     return rows
 
@@ -256,7 +267,7 @@ def _means(found: Sequence[Mapping[str, float]]) -> dict[str, float]:
 def _judged(
     half: str,
     found: Mapping[str, float],
-    figures: Sequence[Figure] = (*FIGURES, *BY_PHASE, LEAST, TIME),
+    figures: Sequence[Figure] = (*FIGURES, *BY_PHASE, LEAST_CORRELATION, COMPUTING_TIME),
 ) -> list[Row]:
     """Return means, of a half of the people or of a movement, beside the goals."""
     rows = []
@@ -283,9 +294,9 @@ def _sheets(
     for prefix, words in PREFIXES.items():
         for title, figures in (
             (f"Ground reactions{words}", FORCES),
-            (f"Joint moments{words}", (*MOMENTS, *(() if prefix else (TIME,)))),
-            (f"Specification values in the 90 % bands [%]{words}", BANDS),
-            (f"Vertical force by phase{words}", () if prefix else (*BY_PHASE, LEAST)),
+            (f"Joint moments{words}", (*MOMENTS, *(() if prefix else (COMPUTING_TIME,)))),
+            (f"Specification values in the 90 % bands [%]{words}", BAND_FIGURES),
+            (f"Vertical force by phase{words}", () if prefix else (*BY_PHASE, LEAST_CORRELATION)),
         ):
             table = [
                 [name, *(_shown(each.get(prefix + f.name), f.digits) for f in figures)]

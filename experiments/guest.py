@@ -27,8 +27,10 @@ from plantigrade.world.disturbance import (
 )
 from plantigrade.world.falls import MIN_COM_HEIGHT, Fall
 
-SETTLE, MEASURED = 5.0, 15.0
-"""Time after which the walk is taken as a gait, and for which it is measured then [s]. Chosen."""
+SETTLING_TIME = 5.0
+"""Time after which the walk is taken as a gait [s]. Chosen."""
+MEASURED_TIME = 15.0
+"""Time for which it is measured then [s]. Chosen."""
 
 
 class Guest(ABC):
@@ -300,14 +302,16 @@ def gait_of(make: Callable[[], Guest]) -> GuestGait:
         ParameterError: If it falls within 20 s, or makes no steps.
     """
     going = GuestWalk(make)
-    while going.on and going.time < SETTLE + MEASURED:
+    while going.on and going.time < SETTLING_TIME + MEASURED_TIME:
         going.step()
     name = type(going.guest).__name__
-    strikes = [x.time for x in going.landings if x.side == "r" and x.time > SETTLE]
+    strikes = [x.time for x in going.landings if x.side == "r" and x.time > SETTLING_TIME]
     if not going.on or len(strikes) < 3:
         why = going.end or "its right foot makes no steps"
-        raise ParameterError(f"guest {name} does not walk for {SETTLE + MEASURED:g} s: {why}")
-    n = round(MEASURED * going.guest.rate)
+        raise ParameterError(
+            f"guest {name} does not walk for {SETTLING_TIME + MEASURED_TIME:g} s: {why}"
+        )
+    n = round(MEASURED_TIME * going.guest.rate)
     com = going.path[-n:]
     way = com[-1, :2] - com[0, :2]
     far = float(np.linalg.norm(way))
@@ -352,7 +356,7 @@ class PushedGuest:
             watch: Duration after the push [s].
         """
         going, timer = GuestWalk(self.make), StrikeTimer()
-        push = PhasePush(force=0.0, duration=1.0, side="r", phase=self.phase, time=SETTLE)
+        push = PhasePush(force=0.0, duration=1.0, side="r", phase=self.phase, time=SETTLING_TIME)
         while going.on and (timer.push_time is None or going.time < timer.push_time - 1e-9):
             going.step()
             if timer.push_time is None:

@@ -22,13 +22,15 @@ from plantigrade.analyze.trial import CUTOFF, Trial, analyse
 from plantigrade.threads import on_one_thread
 from plantigrade.workflows.fit import fit_trial
 
-CALIBRATION = ("CMU 07", "CMU 16", "HC032A", "HC038A", "walking2")
+CALIBRATION_PEOPLE = ("CMU 07", "CMU 16", "HC032A", "HC038A", "walking2")
 """People on whose walks constants of controllers are settled; those of the others are reported."""
 HALVES = ("calibration", "validation")
-QUICK = {"calibration": ("c3d/HC032A03.c3d",), "validation": ("cmu_asfamc/02_01.amc",)}
+QUICK_WALKS = {"calibration": ("c3d/HC032A03.c3d",), "validation": ("cmu_asfamc/02_01.amc",)}
 """Walks of the short form."""
-DURATION, SETTLED = 10.0, 3.0
-"""Duration of a walk, and time from which its cycles count [s]."""
+DURATION = 10.0
+"""Duration of a walk [s]."""
+SETTLING_TIME = 3.0
+"""Time from which its gait cycles count [s]."""
 FORCE_CUTOFF = 20.0  # [Hz] keeps the transient of a heel strike
 GOALS = {
     "com_height": ("height of the centre of mass", "cm", 0.0, 1.0, 100.0),
@@ -47,7 +49,10 @@ GOALS = {
     "step_width": ("step width", "cm", 0.0, None, 100.0),
 }
 """Difference → what it is, its unit, its value in the recording, its goal, factor to the unit."""
-MAX_RAW_PEAK, MIN_ANKLE_R = 2.5, 0.92  # goals: [BW], [1]
+MAX_RAW_PEAK = 2.5
+"""Goal of the greatest unfiltered force on a foot [BW]."""
+MIN_ANKLE_R = 0.92
+"""Goal of the correlation of ankle moments [1]."""
 SD = {
     "first_peak_sd": "first force peak",
     "trough_sd": "force trough",
@@ -61,21 +66,21 @@ SD = {
 """Difference in percent of people's SD → what differs."""
 NOTES = (
     "",
-    f"Walks of {DURATION:g} s on level ground, cycles from {SETTLED:g} s on. Vertical forces of a "
-    f"foot, measured and simulated, after a filter of {FORCE_CUTOFF:g} Hz; where they can only be "
-    f"estimated, both after one of {CUTOFF:g} Hz. The raw peak is the largest of all frames, at "
-    f"100 Hz. Moments after a filter of {CUTOFF:g} Hz. "
-    f"Constants of controllers are settled on the walks of {', '.join(CALIBRATION)}; those of the "
-    "other people are reported. SD: between adults of the knee angle, between children at a free "
-    "speed of all else. Medians are of absolute differences.",
+    f"Walks of {DURATION:g} s on level ground, cycles from {SETTLING_TIME:g} s on. Vertical "
+    f"forces of a foot, measured and simulated, after a filter of {FORCE_CUTOFF:g} Hz; where they "
+    f"can only be estimated, both after one of {CUTOFF:g} Hz. The raw peak is the largest of all "
+    f"frames, at 100 Hz. Moments after a filter of {CUTOFF:g} Hz. Constants of controllers are "
+    f"settled on the walks of {', '.join(CALIBRATION_PEOPLE)}; those of the other people are "
+    "reported. SD: between adults of the knee angle, between children at a free speed of all "
+    "else. Medians are of absolute differences.",
 )
 
 
 def walks_of_half(half: str, *, quick: bool) -> Sequence[str]:
     """Return the paths of the walks of a half below the data, or those of the short form."""
     if quick:
-        return QUICK[half]
-    people = [p for p in PEOPLE if (p in CALIBRATION) == (half == HALVES[0])]
+        return QUICK_WALKS[half]
+    people = [p for p in PEOPLE if (p in CALIBRATION_PEOPLE) == (half == HALVES[0])]
     return [name for p in people for name in PEOPLE[p] if name not in TURNS]
 
 
@@ -112,7 +117,7 @@ def likeness(controller: str, data: Path, name: str) -> Result:
     if world.fall is not None or world.diverged is not None:
         return {"survived": False, "end": str(world.fall or "diverged")}
     recorded = _recorded(data / name)
-    own: Result = measures(record, since=SETTLED, force_cutoff=recorded["force_cutoff"])
+    own: Result = measures(record, since=SETTLING_TIME, force_cutoff=recorded["force_cutoff"])
     own["peak_20_hz"] = max(vertical_force(record, FORCE_CUTOFF).values())
     found = differences(own, recorded)
     return {"survived": True, "own": own, "recorded": recorded, "differences": found}

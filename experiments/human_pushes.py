@@ -27,8 +27,10 @@ from plantigrade.record import Record
 from plantigrade.world import PhasePush
 
 FILE = "pushes/human-data.csv"
-PEOPLE, FEW = 26, 2
-"""Number of pushes, spread evenly over all, by default and in the short form."""
+N_PUSHES = 26
+"""Number of pushes, spread evenly over all."""
+N_QUICK_PUSHES = 2
+"""Number of pushes in the short form."""
 WALKS = (
     "cmu_asfamc/49_01.amc",
     "cmu_asfamc/07_05.amc",
@@ -37,9 +39,11 @@ WALKS = (
     "cmu_asfamc/07_01.amc",
 )
 """Walks of 0.85 to 1.4 m/s; the one nearest to a speed is taken."""
-FASTEST, SLOWEST = 1.25, 0.75
-"""Greatest and least factor of a walk's speed."""
-SURVIVE = 95.0  # goal: share of pushes survived [%]
+MAX_SPEED_FACTOR = 1.25
+"""Greatest factor of a walk's speed [1]."""
+MIN_SPEED_FACTOR = 0.75
+"""Least factor of a walk's speed [1]."""
+MIN_SURVIVAL_SHARE = 95.0  # goal: share of pushes survived [%]
 COLUMNS = (
     "height", "weight", "sex", "actual_speed", "push_force_not_normalized", "push_duration",
     "push_direction", "push_start", "crouch", "maximal_detour_distance", "detour_first_step",
@@ -125,7 +129,9 @@ def walk_at(data: Path, human: Human, speed: float) -> Record:
         return abs(np.log(own / speed)), record, own
 
     _, record, own = min((of(name) for name in WALKS), key=lambda each: each[0])
-    return transferred(record, human, faster=float(np.clip(speed / own, SLOWEST, FASTEST)))
+    return transferred(
+        record, human, faster=float(np.clip(speed / own, MIN_SPEED_FACTOR, MAX_SPEED_FACTOR))
+    )
 
 
 def give(controller: str, data: Path, pushed: Pushed) -> Result:
@@ -187,7 +193,7 @@ def people_cases(
     if data is None or not (data / FILE).exists():
         return {}
     every = pushes(data / FILE)
-    n = FEW if quick else len(every) if most is None else most
+    n = N_QUICK_PUSHES if quick else len(every) if most is None else most
     some = [every[round(k * (len(every) - 1) / max(n - 1, 1))] for k in range(n)]
     return {
         f"people/{controller}/{pushed.number}": partial(give, controller, data, pushed)
@@ -224,7 +230,7 @@ def people_rows(cached: CachedResults) -> Iterator[Row]:
     for controller, results in _found(cached).items():
         subject = f"{controller} pushes of people"
         share = 100.0 * sum(r["survived"] for r in results) / len(results)
-        yield at_least(subject, "survived", share, SURVIVE, "%")
+        yield at_least(subject, "survived", share, MIN_SURVIVAL_SHARE, "%")
         back = 100.0 * sum(r["withstood"] for r in results) / len(results)
         yield Row(subject, "back to the gait", back, "%")
         for name, k, quantity, unit in (

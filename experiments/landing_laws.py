@@ -28,8 +28,12 @@ PEOPLE = ((HEIGHT, MASS), (1.60, 55.0))
 GROUNDS = ("flat", "ramp:-10", "ramp:10", "tiles:3")
 DURATION = 9.0
 """Duration of a walk [s]."""
-FORCE, PUSH_DURATION, PHASE = 100.0, 0.4, 0.3
-"""Force [N], duration [s] and phase of the right foot's cycle of a push at the trunk."""
+PUSH_FORCE = 100.0
+"""Force of a push at the trunk [N]."""
+PUSH_DURATION = 0.4
+"""Its duration [s]."""
+PUSH_PHASE = 0.3
+"""Phase of the right foot's cycle at which it begins [1]."""
 DIRECTIONS = {"forward": 0.0, "left": 90.0, "backward": 180.0, "right": 270.0}
 
 
@@ -45,7 +49,9 @@ def on_ground(
 def pushed(law: str, data: Path | None, height: float, mass: float, direction: float) -> Result:
     """Return a pushed walk by one law; it is fine if it returns to the gait."""
     angle = float(np.deg2rad(direction))
-    push = PhasePush(force=FORCE, duration=PUSH_DURATION, direction=angle, side="r", phase=PHASE)
+    push = PhasePush(
+        force=PUSH_FORCE, duration=PUSH_DURATION, direction=angle, side="r", phase=PUSH_PHASE
+    )
     found = walk(walking(law, data, height, mass), (push,))
     return {**figures(found), "fine": found.survived and found.back is not None}
 
@@ -64,7 +70,7 @@ def cases(quick: bool, data: Path | None) -> Cases:
         for what, direction in list(DIRECTIONS.items())[: 1 if quick else None]:
             for law in LAWS:
                 name = f"pendulum:{law}"
-                key = f"{name}/{PREFIX}{person}, {FORCE:g} N {what}/{DURATION:g} s"
+                key = f"{name}/{PREFIX}{person}, {PUSH_FORCE:g} N {what}/{DURATION:g} s"
                 found[key] = partial(pushed, name, data, height, mass, direction)
     return found
 

@@ -34,13 +34,14 @@ SOURCES = {
     "gait2392": "gait2392",
 }
 """Source of walks → part of the names of its recordings."""
-COMPARED = (FORCES[0], FORCES[1], FORCES[2], FORCES[7], MOMENTS[0], MOMENTS[2], MOMENTS[4])
+COMPARED_FIGURES = (FORCES[0], FORCES[1], FORCES[2], FORCES[7], MOMENTS[0], MOMENTS[2], MOMENTS[4])
 LEFT_OUT = "left out, "
 CURVES = ("cop_forward", "cop_outward", "force_inward", "rear_share", "roll_over")
-COVERED, LEAST = "measured values in the 90 % bands", "least of a quantity"
+COVERAGE_FIGURE = "measured values in the 90 % bands"
+LEAST_COVERAGE_FIGURE = "least of a quantity"
 WIDTHS = tuple(float(w) for w in np.round(np.arange(0.5, 2.05, 0.05), 2))
 """Widths of bands over the shipped ones [1]."""
-HELD = 90.0  # measured values that a band is to hold [%]
+BAND_LEVEL = 90.0  # measured values that a band is to hold [%]
 MIN_POINTS = 3  # frames near a point of a curve [1]
 
 
@@ -124,20 +125,23 @@ def left_out_rows(trials: Mapping[str, Trial]) -> list[Row]:
         found = [compared(trial, curves) for trial in own.values()]
         widths = _widths([shipped[s] for s in others])
         for prefix, those, width in (("", shipped[source], {}), (LEFT_OUT, found, widths)):
-            for figure in COMPARED:
+            for figure in COMPARED_FIGURES:
                 value = float(np.mean([figure.of(each[1.0]) for each in those]))
                 rows.append(Row(source, prefix + figure.name, value, figure.unit))
             inside = [_coverage([those], q, width.get(q, 1.0)) for q in those[0][1.0].covered]
-            rows.append(Row(source, prefix + COVERED, float(np.nanmean(inside)), "%"))
-            rows.append(Row(source, prefix + LEAST, float(np.nanmin(inside)), "%"))
+            rows.append(Row(source, prefix + COVERAGE_FIGURE, float(np.nanmean(inside)), "%"))
+            rows.append(Row(source, prefix + LEAST_COVERAGE_FIGURE, float(np.nanmin(inside)), "%"))
     return rows
 
 
 def left_out_sheet(rows: Sequence[Row]) -> str:
     """Return the rows as a table: shipped beside left out, a line for each source."""
     values = {(row.subject, row.quantity): row.value for row in rows}
-    names = [*((f.name, f.short, f.digits) for f in COMPARED), (COVERED, "in bands %", 0)]
-    names.append((LEAST, "least %", 0))
+    names = [
+        *((f.name, f.short, f.digits) for f in COMPARED_FIGURES),
+        (COVERAGE_FIGURE, "in bands %", 0),
+    ]
+    names.append((LEAST_COVERAGE_FIGURE, "least %", 0))
     lines = []
     for source in dict.fromkeys(row.subject for row in rows):
         cells = [
@@ -171,7 +175,7 @@ def compared(trial: Trial, curves: UsualStance | None = None) -> dict[float, For
 def _widths(people: Sequence[Sequence[Mapping[float, ForceComparison]]]) -> dict[str, float]:
     """Return for each quantity the least width of its band that holds 90 % of what is measured."""
     return {
-        q: next((w for w in WIDTHS if _coverage(people, q, w) >= HELD), WIDTHS[-1])
+        q: next((w for w in WIDTHS if _coverage(people, q, w) >= BAND_LEVEL), WIDTHS[-1])
         for q in people[0][0][1.0].covered
     }
 

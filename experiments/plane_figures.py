@@ -39,8 +39,10 @@ COM_SD = {"com_up_down_mm": (5.2, 9.2), "com_sideways_mm": (13.4, 14.1)}
 """Excursions of the centre of mass at the lowest and the highest speed: an *estimate* after
 [Orendurff2004]_, not checked against its tables."""
 
-TRUNK_LEAN, TRUNK_ROTATION = (0.8, 3.0), (2.0, 5.0)
-"""Approximate ranges of twenty adults at 1.2 m/s [Chung2010]_ [deg]."""
+TRUNK_LEAN = (0.8, 3.0)
+"""Approximate range of lateral trunk lean of twenty adults at 1.2 m/s [Chung2010]_ [deg]."""
+TRUNK_ROTATION = (2.0, 5.0)
+"""The same of axial trunk rotation [deg]."""
 
 MIN_COMFORTABLE_FRICTION = 0.41
 """Coefficient of friction below which people walk cautiously [Fong2009]_."""

@@ -11,15 +11,17 @@ from pathlib import Path
 import numpy as np
 
 from experiments.cached_results import CachedResults, Result
-from experiments.push_map import FORCE, map_cases, maps, mass_of, pictures, strengths
+from experiments.push_map import FORCE_DURATION, map_cases, maps, mass_of, pictures, strengths
 from experiments.specification import Cases, Specification
 from experiments.table import Row
-from experiments.tour import WAYPOINTS, guest_tour, tour
+from experiments.tour import N_WAYPOINTS, guest_tour, tour
 from experiments.walkers import guest_named
 from experiments.walking import CONTROLLERS, runs, walking
 
-TOURS, BEST = 10, 77.0
-"""Tours, and the share that the best of the robot's policies completed [%]."""
+N_TOURS = 10
+"""Number of tours."""
+BEST_ROBOT_SHARE = 77.0
+"""Share of tours that the best of the robot's policies completed [%]."""
 NOTES = (
     "",
     "Pushes as in the experiment push-map: 0.4 s at the trunk, back to the gait within six "
@@ -48,7 +50,7 @@ def toured(controller: str, data: Path | None, seed: int, n: int) -> Result:
 
 def tour_cases(controllers: Sequence[str], data: Path | None, quick: bool) -> Cases:
     """Return tours from several seeds."""
-    n, tours = (2, 1) if quick else (WAYPOINTS, TOURS)
+    n, tours = (2, 1) if quick else (N_WAYPOINTS, N_TOURS)
     return {
         f"tour/{controller}/{n}/{seed}": partial(toured, controller, data, seed, n)
         for seed in range(1, tours + 1)
@@ -82,7 +84,7 @@ def rows(cached: CachedResults) -> Iterator[Row]:
             yield Row(name, f"{words}, worst", min(force), "N")
             yield Row(name, f"{words}, median", float(np.median(force)), "N")
             yield Row(name, f"{words}, best", max(force), "N")
-            change = float(np.median(force)) * FORCE / mass_of(found)
+            change = float(np.median(force)) * FORCE_DURATION / mass_of(found)
             yield Row(name, f"{words}, median by mass", change, "m/s")
         yield Row(name, "pushes", len(found))
         yield Row(name, "body mass", mass_of(found), "kg")
@@ -90,7 +92,9 @@ def rows(cached: CachedResults) -> Iterator[Row]:
             yield Row(name, "speed of the walk", float(one["speed"]), "m/s")
     for name, own in tours(cached).items():
         share = 100.0 * float(np.mean([r["completed"] for r in own]))
-        yield Row(name, "tours completed", share, "%", note=f"best of 34 policies: {BEST:g} %")
+        yield Row(
+            name, "tours completed", share, "%", note=f"best of 34 policies: {BEST_ROBOT_SHARE:g} %"
+        )
         reached = [100.0 * r["reached"] / r["of"] for r in own]
         yield Row(name, "waypoints reached", float(np.mean(reached)), "%")
         yield Row(name, "waypoints reached, worst", min(reached), "%")

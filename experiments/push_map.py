@@ -17,13 +17,13 @@ import numpy as np
 from experiments.altered_people import torque_limits
 from experiments.cached_results import CachedResults, Cases, Result
 from experiments.guest import Guest, PushedGuest
-from experiments.human_pushes import PEOPLE, people_cases, people_rows, pushed_summary
+from experiments.human_pushes import N_PUSHES, people_cases, people_rows, pushed_summary
 from experiments.push_limits import PushTest, directions, push_limit
 from experiments.push_table import polar
 from experiments.specification import Specification, default_summary, gap_remarks
 from experiments.standing import Standing, is_standing
 from experiments.table import Grid, Row, at_least, at_most
-from experiments.walk_trial import WATCH, PushedWalk
+from experiments.walk_trial import WATCH_TIME, PushedWalk
 from experiments.walkers import Walker, guest_named
 from experiments.walking import CONTROLLERS, HEIGHT, MASS, person, runs, walking
 from plantigrade.charts import path_plot
@@ -32,21 +32,42 @@ from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
 from plantigrade.pages.section import Section
 
-FORCE, IMPULSE = 0.4, 0.2
-"""How long pushes act [s]."""
-AROUND, PHASES, MOST = 16, 10, 1000.0
-"""Directions, phases of the gait cycle, and the greatest push tried [N]."""
-FEW, SOME, STEP, COARSE = 8, 4, 20.0, 50.0
-"""Directions and phases of the usual map; distance of forces in the full map and in others [N]."""
-STRONGER = 2.0
-"""Times as strong as people, in the part ``stronger``."""
-KINDS = {"force": (FORCE, 1.0), "impulse": (IMPULSE, 1.0), "stronger": (FORCE, STRONGER)}
+FORCE_DURATION = 0.4
+"""Duration of the pushes of the parts ``force`` and ``stronger`` [s]."""
+IMPULSE_DURATION = 0.2
+"""Duration of the pushes of the part ``impulse`` [s]."""
+N_DIRECTIONS = 8
+"""Directions of the usual map."""
+N_PHASES = 4
+"""Phases of the gait cycle of the usual map."""
+N_DIRECTIONS_FULL = 16
+"""Directions of the full map."""
+N_PHASES_FULL = 10
+"""Phases of the gait cycle of the full map."""
+FORCE_STEP = 50.0
+"""Distance of the tried forces in the usual map [N]."""
+FORCE_STEP_FULL = 20.0
+"""Distance of the tried forces in the full map [N]."""
+MAX_FORCE = 1000.0
+"""Greatest push that is tried [N]."""
+STRENGTH_FACTOR = 2.0
+"""Strength of the joints in the part ``stronger``, relative to people [1]."""
+KINDS = {
+    "force": (FORCE_DURATION, 1.0),
+    "impulse": (IMPULSE_DURATION, 1.0),
+    "stronger": (FORCE_DURATION, STRENGTH_FACTOR),
+}
 """Part → how long its pushes act, and how strong the joints are."""
-MEDIAN, WORST = 400.0, 250.0  # goals of the push limit [N]
-MAX_IMPACT, USUAL = 6.0, 300.0
-"""Goal: greatest vertical force on a foot after a survived push [body weights]; pushes up to which
-it counts [N]. Nobody lands harder without harm."""
-PAPER = (486.02, 478.60, 456.24, 452.43, 457.72, 452.60, 469.68, 467.22)
+MIN_MEDIAN_LIMIT = 400.0
+"""Goal of the median push limit [N]."""
+MIN_WORST_LIMIT = 250.0
+"""Goal of the least push limit [N]."""
+MAX_IMPACT = 6.0
+"""Goal: greatest vertical force on a foot after a survived push [body weights]. Nobody lands harder
+without harm."""
+MAX_IMPACT_PUSH = 300.0
+"""Pushes up to which that goal counts [N]."""
+PAPER_FORCES = (486.02, 478.60, 456.24, 452.43, 457.72, 452.60, 469.68, 467.22)
 """Sizes of the paper's eight pushes [N]: its components, some of whose signs are lost in print."""
 NOTES = (
     "",
@@ -85,13 +106,13 @@ def limit(
     impacts: dict[float, float] = {}
 
     def withstands(force: float) -> bool:
-        found = pushed(force, float(np.deg2rad(degrees)), duration, WATCH)
+        found = pushed(force, float(np.deg2rad(degrees)), duration, WATCH_TIME)
         feet[force] = found.survived
         if found.survived:
             impacts[force] = found.peak
         return found.withstood
 
-    found = push_limit(withstands, guess=MEDIAN, step=step, most=MOST, below=(0.5,))
+    found = push_limit(withstands, guess=MIN_MEDIAN_LIMIT, step=step, most=MAX_FORCE, below=(0.5,))
     return {
         "force": found.force,
         "gaps": list(found.gaps),
@@ -105,21 +126,23 @@ def limit(
     }
 
 
-_LAST: list[tuple[Any, float, PushedWalk | PushedGuest]] = []
+_LAST_PUSHED: list[tuple[Any, float, PushedWalk | PushedGuest]] = []
 """The walk up to the phase that was pushed last; a direction after the other begins there."""
 
 
 def _pushed(one: Walker | Callable[[], Guest], phase: float) -> PushedWalk | PushedGuest:
-    if not _LAST or _LAST[0][0] is not one or _LAST[0][1] != phase:
+    if not _LAST_PUSHED or _LAST_PUSHED[0][0] is not one or _LAST_PUSHED[0][1] != phase:
         pushed = PushedWalk(one, phase) if isinstance(one, Walker) else PushedGuest(one, phase)
-        _LAST[:] = [(one, phase, pushed)]
-    return _LAST[0][2]
+        _LAST_PUSHED[:] = [(one, phase, pushed)]
+    return _LAST_PUSHED[0][2]
 
 
 def standing(degrees: float, step: float) -> Result:
     """Return the largest push of a standing person who may step."""
     situation = Standing(formulation="stepping", height=HEIGHT, mass=MASS)
-    test = PushTest(situation=situation, duration=FORCE, watch_time=5.0, withstood=is_standing)
+    test = PushTest(
+        situation=situation, duration=FORCE_DURATION, watch_time=5.0, withstood=is_standing
+    )
     found = test.limit(float(np.deg2rad(degrees)), guess=200.0, step=step, below=(0.5,))
     return {"force": found.force, "gaps": list(found.gaps), "grid": step}
 
@@ -127,10 +150,14 @@ def standing(degrees: float, step: float) -> Result:
 def _size(quick: bool, full: bool) -> tuple[tuple[float, ...], tuple[float, ...], float]:
     """Return phases, directions [deg] and the distance of forces [N]."""
     if quick:
-        return (0.3,), (0.0, 90.0), 2 * COARSE
-    phases, around = (PHASES, AROUND) if full else (SOME, FEW)
+        return (0.3,), (0.0, 90.0), 2 * FORCE_STEP
+    phases, around = (N_PHASES_FULL, N_DIRECTIONS_FULL) if full else (N_PHASES, N_DIRECTIONS)
     degrees = tuple(round(float(np.rad2deg(d)), 1) for d in directions(around))
-    return tuple(k / phases for k in range(phases)), degrees, STEP if full else COARSE
+    return (
+        tuple(k / phases for k in range(phases)),
+        degrees,
+        FORCE_STEP_FULL if full else FORCE_STEP,
+    )
 
 
 def map_cases(
@@ -152,7 +179,7 @@ def map_cases(
 def standing_cases(quick: bool) -> Cases:
     """Return all directions for a standing person."""
     degrees = (0.0,) if quick else _size(False, True)[1]
-    step = 2 * COARSE if quick else STEP
+    step = 2 * FORCE_STEP if quick else FORCE_STEP_FULL
     return {f"standing/{d:g}/{step:g}": partial(standing, d, step) for d in degrees}
 
 
@@ -232,16 +259,20 @@ def rows(cached: CachedResults) -> Iterator[Row]:
         force = np.array([r["force"] for r in found.values()])
         feet = np.array([r["on_feet"] for r in found.values()])
         subject, middle = f"{controller} {kind}", float(np.median(force))
-        goals = (MEDIAN, WORST) if kind != "impulse" and len(force) > 2 else (None, None)
+        goals = (
+            (MIN_MEDIAN_LIMIT, MIN_WORST_LIMIT)
+            if kind != "impulse" and len(force) > 2
+            else (None, None)
+        )
         yield at_least(subject, "median", middle, goals[0], "N")
         yield at_least(subject, "worst", float(force.min()), goals[1], "N")
         yield Row(subject, "best", float(force.max()), "N")
         yield Row(subject, "worst on feet", float(feet.min()), "N")
         yield Row(subject, "median on feet", float(np.median(feet)), "N")
         yield from _by_body(subject, middle, KINDS[kind][0], mass_of(found))
-        usual = [impact for _, _, force, impact in _impacts(found) if force <= USUAL]
+        usual = [impact for _, _, force, impact in _impacts(found) if force <= MAX_IMPACT_PUSH]
         if usual:
-            words = f"hardest landing, pushes up to {USUAL:g} N"
+            words = f"hardest landing, pushes up to {MAX_IMPACT_PUSH:g} N"
             yield at_most(subject, words, max(usual), MAX_IMPACT, "BW")
         yield Row(subject, "cases", len(force))
     if own := [r["force"] for r in cached.select("standing").values()]:
@@ -249,7 +280,7 @@ def rows(cached: CachedResults) -> Iterator[Row]:
         yield Row("standing with steps", "median", middle, "N")
         yield Row("standing with steps", "worst", float(min(own)), "N")
         yield Row("standing with steps", "best", float(max(own)), "N")
-        yield from _by_body("standing with steps", middle, FORCE, MASS)
+        yield from _by_body("standing with steps", middle, FORCE_DURATION, MASS)
     yield from people_rows(cached)
 
 
@@ -270,8 +301,10 @@ def pictures(cached: CachedResults) -> list[Section]:
     sections = []
     for (kind, controller), found in maps(cached).items():
         drawn = []
-        circle = dict.fromkeys(np.arange(0.0, 360.0, 5.0).tolist(), MEDIAN)
-        most = max(MEDIAN, *(r["on_feet"] for r in found.values()))  # one scale for all phases
+        circle = dict.fromkeys(np.arange(0.0, 360.0, 5.0).tolist(), MIN_MEDIAN_LIMIT)
+        most = max(
+            MIN_MEDIAN_LIMIT, *(r["on_feet"] for r in found.values())
+        )  # one scale for all phases
         frame = replace(polar(dict.fromkeys(circle, most)), opacity=0.0)
         for p in sorted({p for p, _ in found}):
             own = {d: r for (q, d), r in found.items() if q == p}
@@ -312,7 +345,7 @@ def experiment(controllers: Sequence[str], data: Path | None) -> Specification:
             "full impulse": of_map("impulse", True),
             "stronger": of_map("stronger", False),
             "standing": standing_cases,
-            "people": partial(people_cases, controllers, data, PEOPLE),
+            "people": partial(people_cases, controllers, data, N_PUSHES),
             "all people": partial(people_cases, controllers, data, None),
         },
         default_parts=("force", "people"),

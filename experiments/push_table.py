@@ -19,9 +19,13 @@ from plantigrade.charts.figure import Figure
 from plantigrade.constants import GRAVITY
 from plantigrade.pages.section import Section
 
-DURATION, WATCH, STEP = 0.4, 5.0, 2.5
-"""Duration of a push and time after it [s]; distance of the forces [N]."""
-PAPER = {"two-segment": (45.0, 50.0, 40.0), "multi-segment": (65.0, 75.0, 50.0)}
+DURATION = 0.4
+"""Duration of a push [s]."""
+WATCH_TIME = 5.0
+"""Time on the feet after a push [s]."""
+FORCE_STEP = 2.5
+"""Distance of the tried forces [N]."""
+PAPER_FORCES = {"two-segment": (45.0, 50.0, 40.0), "multi-segment": (65.0, 75.0, 50.0)}
 SUM = 205.0
 """Goal of the sum of the three limits [N]."""
 STANCES = (0.35, 0.45, 0.55, 0.65)
@@ -38,15 +42,15 @@ SIZES = ((1.60, 55.0), (1.90, 95.0))
 NOTES = (
     "",
     f"Pushes of {DURATION:g} s at the centre of mass of the trunk of a person of {MASS:g} kg; a "
-    f"push is withstood if nothing but the feet has touched the ground {WATCH:g} s after it. "
+    f"push is withstood if nothing but the feet has touched the ground {WATCH_TIME:g} s after it. "
     "With steps they must also be upright and at rest by then, legs not crossed, and the grid is "
-    f"{4 * STEP:g} N. 'front' is a push from the front. Limits by bisection to {STEP:g} N; three "
-    "lighter pushes are tried below each, and forces at which the person fell all the same are "
-    "named. 'pendulum' is what shifting the pressure to the edge of the base of support can stop; "
-    "it is the same for all feet, for their contact points are the same. People: 626 lateral "
-    "pushes while walking changed the speed by 0.52 ± 0.10 m/s, 26.7 ± 7 % of body weight for 0.2 "
-    "s; who stands and may "
-    "not step withstands about 0.48 m/s forward (an estimate).",
+    f"{4 * FORCE_STEP:g} N. 'front' is a push from the front. Limits by bisection to "
+    f"{FORCE_STEP:g} N; three lighter pushes are tried below each, and forces at which the person "
+    "fell all the same are named. 'pendulum' is what shifting the pressure to the edge of the "
+    "base of support can stop; it is the same for all feet, for their contact points are the "
+    "same. People: 626 lateral pushes while walking changed the speed by 0.52 ± 0.10 m/s, 26.7 ± "
+    "7 % of body weight for 0.2 s; who stands and may not step withstands about 0.48 m/s forward "
+    "(an estimate).",
 )
 
 StandingCases = dict[str, Standing]
@@ -105,9 +109,11 @@ def measure(standing: Standing, direction: float) -> Result:
     """Return the limit in a direction, and the pendulum's."""
     steps = standing.formulation == "stepping"
     factor, withstood = (2, is_standing) if steps else (1, on_feet)
-    test = PushTest(situation=standing, duration=DURATION, watch_time=WATCH, withstood=withstood)
+    test = PushTest(
+        situation=standing, duration=DURATION, watch_time=WATCH_TIME, withstood=withstood
+    )
     expected = predicted_limit(standing()[0], direction, DURATION)
-    step = factor**2 * STEP
+    step = factor**2 * FORCE_STEP
     limit = test.limit(direction, guess=factor * expected, step=step)
     return {
         "force": limit.force,
@@ -137,7 +143,9 @@ def _cells(forces: Sequence[float]) -> list[str]:
 def grids(cached: CachedResults) -> Iterator[Grid]:
     """Return the paper's table and ours."""
     header = ("", *PUSHES, "sum", "/ pendulum", "", "", "% weight", "", "", "m/s", "", "")
-    lines = [[f"paper, {foot}", *_cells((*f, sum(f))), *[""] * 9] for foot, f in PAPER.items()]
+    lines = [
+        [f"paper, {foot}", *_cells((*f, sum(f))), *[""] * 9] for foot, f in PAPER_FORCES.items()
+    ]
     for formulation in FORMULATIONS:
         for foot in FEET:
             forces, pendulum = map(np.array, _limits(cached, "paper", formulation, foot))
@@ -192,7 +200,7 @@ def pictures(cached: CachedResults) -> list[Section]:
 def rows(cached: CachedResults) -> Iterator[Row]:
     """Return the limits, with goals of the paper's foot and of steps."""
     subject, main = f"{FORMULATION} multi-segment", ("paper", FORMULATION, "multi-segment")
-    for side, goal in zip(PUSHES, PAPER["multi-segment"], strict=True):
+    for side, goal in zip(PUSHES, PAPER_FORCES["multi-segment"], strict=True):
         for result in cached.select(*main, side).values():
             yield at_least(subject, side, result["force"], goal, "N")
     if forces := _limits(cached, *main)[0]:

@@ -34,10 +34,13 @@ from plantigrade.world import (
 )
 from plantigrade.world.grounds import ground_named
 
-WORLDS, FEW, DURATION = 1000, 20, 2.0  # number, in the short form, [s]
-PIECE, FILE = 50, "worlds.json"  # number of worlds of one result, and its file
+N_WORLDS = 1000  # number of worlds
+N_QUICK_WORLDS = 20  # number of worlds in the short form
+DURATION = 2.0  # [s] of one world
+WORLDS_PER_RESULT = 50  # number of worlds of one kept result
+RESULT_FILE = "worlds.json"
 RATES = (300.0, 600.0, 1800.0)  # steps of the physics [1/s]
-CONTROL = 30.0  # [1/s]
+CONTROL_RATE = 30.0  # [1/s]
 GROUNDS = ("flat", "slope", "sphere", "dome", "steps", "bumps", "stones", "moving")
 
 
@@ -79,7 +82,7 @@ def random_world(seed: int) -> tuple[World, AnyController]:
     else:
         ground = ground_named(name + _number(name, rng), seed=seed)
     rate = float(rng.choice(RATES))
-    world = World(human, ground, disturbances, rate=rate, control_rate=CONTROL, seed=seed)
+    world = World(human, ground, disturbances, rate=rate, control_rate=CONTROL_RATE, seed=seed)
     return world, _controller(rng)
 
 
@@ -157,22 +160,22 @@ def run(
     """Simulate random worlds, on all cores in the long form.
 
     Args:
-        quick: Only :data:`FEW` of them, without cached results.
+        quick: Only :data:`N_QUICK_WORLDS` of them, without cached results.
         say: Called with a line for what is done.
         out: Folder for the cached outcomes, so that an interrupted run continues. Outcomes of
             earlier code are computed again.
         overwrite: Whether to discard cached outcomes.
     """
-    n = FEW if quick else WORLDS
-    path = None if quick or out is None else out / FILE
+    n = N_QUICK_WORLDS if quick else N_WORLDS
+    path = None if quick or out is None else out / RESULT_FILE
     cached = CachedResults(path, say, overwrite=overwrite)
     if cached.notes():
         say("the cached results are of earlier code and are computed again")
         cached.results.clear()
     found: list[Outcome] = []
     faults: list[str] = []
-    for first in range(0, n, PIECE):
-        seeds = range(first, min(first + PIECE, n))
+    for first in range(0, n, WORLDS_PER_RESULT):
+        seeds = range(first, min(first + WORLDS_PER_RESULT, n))
         make = partial(piece, seeds, jobs=1 if quick else -1)
         made = cached.get(f"seeds {first} to {seeds[-1]}", make)
         found += [Outcome(**each) for each in made["outcomes"]]

@@ -22,8 +22,8 @@ AFTER_LANDING = 0.04  # time from a landing to a cut [s]
 MIN_DURATION = 0.8  # shortest part of a cut recording [s]
 MAX_CUTS = 10  # most cuts of one recording
 PHASES = ("single support", "double support", f"first and last {END_DURATION:g} s")
-ERROR = "vertical force, RMSE, "
-COVERED = "vertical force in the 90 % band, "
+ERROR_PREFIX = "vertical force, RMSE, "
+COVERAGE_PREFIX = "vertical force in the 90 % band, "
 
 
 def phase_rows(name: str, trial: Trial, mass: float) -> list[Row]:
@@ -51,8 +51,10 @@ def phase_rows(name: str, trial: Trial, mass: float) -> list[Row]:
         off = np.concatenate(parts) if parts else np.empty((0, 2))
         if len(off):
             inside = 100.0 * float(np.mean(np.abs(off[:, 0]) <= off[:, 1]))
-            rows.append(Row(name, ERROR + phase, float(np.sqrt(np.mean(off[:, 0] ** 2))), "BW"))
-            rows.append(Row(name, COVERED + phase, inside, "%"))
+            rows.append(
+                Row(name, ERROR_PREFIX + phase, float(np.sqrt(np.mean(off[:, 0] ** 2))), "BW")
+            )
+            rows.append(Row(name, COVERAGE_PREFIX + phase, inside, "%"))
     return rows
 
 

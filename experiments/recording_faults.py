@@ -1,8 +1,9 @@
 """Hidden faults of recordings: which are refused, named, warned of, or silent.
 
 Every recording with markers of a folder is fitted as it is and with one fault at a time. A sound
-one should have none of the first warnings. The people of :data:`~experiments.fit_accuracy.SETTLED`
-and :data:`SETTLED` set the limits of the checks; the others are the validation set.
+one should have none of the first warnings. The people of
+:data:`experiments.fit_accuracy.SETTLING_PEOPLE` and of :data:`SETTLING_PEOPLE` set the limits of
+the checks; the others are the validation set.
 """
 
 import re
@@ -15,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from experiments.cached_results import CachedResults
-from experiments.fit_accuracy import SETTLED as SETTLED_BEFORE
+from experiments.fit_accuracy import SETTLING_PEOPLE as SETTLED_BEFORE
 from experiments.specification import Cases, Specification
 from experiments.table import Grid, ResultTable, Row, at_least, equal
 from plantigrade.analyze.frame_rate import flight_acceleration
@@ -32,7 +33,7 @@ from plantigrade.notes import Info
 from plantigrade.workflows.fit import fit_recording, load, status
 from plantigrade.workflows.settings import FitSettings
 
-SETTLED = (*SETTLED_BEFORE, "HC002", "HC030", "HC031", "HC033", "HC036", "Motion-FlatFoot")
+SETTLING_PEOPLE = (*SETTLED_BEFORE, "HC002", "HC030", "HC031", "HC033", "HC036", "Motion-FlatFoot")
 """People on whose recordings limits of the checks were settled, as parts of the names of files."""
 NUMBERS = re.compile(r"[-+]?\d+(?:\.\d+)?")
 OUTCOMES = ("refused", "named", "warned", "silent")
@@ -272,7 +273,7 @@ PARTS: dict[str, dict[str, Fault]] = {
     },
 }
 """Part → name → the fault."""
-EVERY = {name: fault for part in PARTS.values() for name, fault in part.items()}
+FAULTS = {name: fault for part in PARTS.values() for name, fault in part.items()}
 
 
 def outcome(path: Path, name: str) -> dict[str, Any]:
@@ -282,7 +283,7 @@ def outcome(path: Path, name: str) -> dict[str, Any]:
     if not name:
         wrong = [str(n) for n in _first(sound)]
         return {"outcome": "named" if wrong or status(sound) != "ok" else "silent", "said": wrong}
-    fault = EVERY[name]
+    fault = FAULTS[name]
     faulty = fault.make(recording, sound)
     if faulty is None:
         return {"outcome": "", "said": []}
@@ -322,13 +323,13 @@ def _plain(note: str) -> str:
 
 def half_of(path: Path) -> str:
     """Return in which half the person of a recording is."""
-    return "settled on" if any(who in str(path) for who in SETTLED) else "others"
+    return "settled on" if any(who in str(path) for who in SETTLING_PEOPLE) else "others"
 
 
 def rows(cached: CachedResults) -> Iterator[Row]:
     """Return the share of recordings in which each fault is named or refused, for both halves."""
     for half in ("settled on", "others"):
-        for name in EVERY:
+        for name in FAULTS:
             found = [r["outcome"] for r in cached.select(half, name or "sound").values()]
             found = [each for each in found if each]
             if not found:
@@ -347,7 +348,7 @@ def grids(cached: CachedResults) -> Iterator[Grid]:
         for key, result in cached.select(half).items():
             _, fault, *rest = key.split("/")
             names.setdefault("/".join(rest), {})[fault] = result["outcome"]
-        for fault in ("sound", *filter(None, EVERY)):
+        for fault in ("sound", *filter(None, FAULTS)):
             found = [own[fault] for own in names.values() if own.get(fault)]
             if found:
                 counts = [str(found.count(each)) for each in OUTCOMES]

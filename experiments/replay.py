@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from experiments.cached_results import CachedResults, Cases, Result
-from experiments.gait_walks import PEOPLE, QUICK
+from experiments.gait_walks import PEOPLE, QUICK_PEOPLE
 from experiments.specification import Specification
 from experiments.table import ResultTable, Row, at_least, at_most
 from plantigrade.control.replay import Replay
@@ -24,25 +24,41 @@ from plantigrade.record import Record
 from plantigrade.workflows.motions import synthesize
 from plantigrade.workflows.reproduce import reproduce
 
-LONG, SHORT = 20.0, 5.0
-"""Duration of a repeated walk, also in the short form [s]."""
-STARTS, FEW = 10, 2
-"""Number of disturbed starts, also in the short form."""
-SURVIVE, RECORDED, MAX_OFFSET = 98.0, 80.0, 0.10
-"""Goals: survived motions [%], completed recordings [%], offset from the path [m]."""
-MEDIAN, WORST, STANDING = 250.0, 100.0, 200.0
-"""Goals of pushes [N]."""
+DURATION = 20.0
+"""Duration of a repeated walk [s]."""
+QUICK_DURATION = 5.0
+"""Duration of a repeated walk in the short form [s]."""
+N_STARTS = 10
+"""Number of disturbed starts."""
+N_QUICK_STARTS = 2
+"""Number of disturbed starts in the short form."""
+MIN_SURVIVAL_SHARE = 98.0
+"""Goal: share of survived motions [%]."""
+MIN_COMPLETED_SHARE = 80.0
+"""Goal: share of completed recordings [%]."""
+MAX_OFFSET = 0.10
+"""Goal: offset from the path [m]."""
+MIN_MEDIAN_PUSH = 250.0
+"""Goal of the median push limit [N]."""
+MIN_WORST_PUSH = 100.0
+"""Goal of the least push limit [N]."""
+MIN_STANDING_PUSH = 200.0
+"""Goal of the least push limit of standing people [N]."""
 FORCES = tuple(float(f) for f in range(50, 501, 50))
-COARSE = (100.0, 200.0, 300.0)
+QUICK_FORCES = (100.0, 200.0, 300.0)
 """Forces that are tried, also in the short form [N]."""
-PHASES = (0.0, 0.25, 0.5, 0.75)
-AROUND, SIDES = tuple(range(0, 360, 45)), (0, 90, 180, 270)
-"""Directions: 0 forward, 90 to the left [deg]."""
-SETTLED, WATCH = 1.0, 2.5
-"""A walk is pushed in the first step after this time; time on the feet after a push [s]."""
-STANDS = {"reach": 0.5, "squat": 0.5}
+PUSH_PHASES = (0.0, 0.25, 0.5, 0.75)
+DIRECTIONS = tuple(range(0, 360, 45))
+"""Directions of pushes: 0 forward, 90 to the left [deg]."""
+FOUR_DIRECTIONS = (0, 90, 180, 270)
+"""Directions of pushes where fewer are enough [deg]."""
+SETTLING_TIME = 1.0
+"""A walk is pushed in the first step after this time [s]."""
+WATCH_TIME = 2.5
+"""Time on the feet after a push [s]."""
+STANDING_TIMES = {"reach": 0.5, "squat": 0.5}
 """Motions in which a person still stands at that time [s]."""
-LATEST = 2.0
+MAX_PUSH_TIME = 2.0
 """Latest time of a push in the middle of a motion [s]."""
 WALK = "walk 1.3 m/s"
 """The walk that is pushed."""
@@ -100,7 +116,7 @@ MOTIONS = {
     "jump": Task("jump"),
 }
 """Tasks of ``synthesize``, by name."""
-QUICKLY = ("walk 1.3 m/s", "sit-to-stand", "side-step")
+QUICK_MOTIONS = ("walk 1.3 m/s", "sit-to-stand", "side-step")
 
 
 @cache
@@ -133,19 +149,19 @@ def outcome(found: Outcome) -> Result:
 def push_outcome(name: str, time: float, direction: int, forces: Sequence[float]) -> Result:
     """Return the largest push survived, at a time, in a direction [deg]."""
     controller, angle = Replay(synthesised(name)), float(np.deg2rad(direction))
-    return {"force": largest_push(controller, time, angle, forces, after=WATCH)}
+    return {"force": largest_push(controller, time, angle, forces, after=WATCH_TIME)}
 
 
 def phase_outcome(name: str, phase: float, direction: int, forces: Sequence[float]) -> Result:
     """Return the largest push survived at a phase of a step."""
     reference = Replay(synthesised(name)).reference
     step = reference.duration / reference.schedule.per_period
-    return push_outcome(name, SETTLED + phase * step, direction, forces)
+    return push_outcome(name, SETTLING_TIME + phase * step, direction, forces)
 
 
 def middle_outcome(name: str, direction: int, forces: Sequence[float]) -> Result:
     """Return the largest push survived in the middle of a motion."""
-    time = min(0.5 * synthesised(name).motion.duration, LATEST)
+    time = min(0.5 * synthesised(name).motion.duration, MAX_PUSH_TIME)
     return push_outcome(name, time, direction, forces)
 
 
@@ -154,17 +170,17 @@ def middle_outcome(name: str, direction: int, forces: Sequence[float]) -> Result
 
 def motions(quick: bool) -> Cases:
     """Return all motions from disturbed starts."""
-    starts, duration = (FEW, SHORT) if quick else (STARTS, LONG)
+    starts, duration = (N_QUICK_STARTS, QUICK_DURATION) if quick else (N_STARTS, DURATION)
     return {
         f"motions/{name}/{duration:g} s/{seed}": partial(motion_outcome, name, seed, duration)
-        for name in (QUICKLY if quick else MOTIONS)
+        for name in (QUICK_MOTIONS if quick else MOTIONS)
         for seed in range(1, starts + 1)
     }
 
 
 def recordings(data: Path | None, quick: bool) -> Cases:
     """Return the recorded walks of a folder."""
-    people = QUICK[:2] if quick else tuple(PEOPLE)
+    people = QUICK_PEOPLE[:2] if quick else tuple(PEOPLE)
     names = [name for person in people for name in sorted(PEOPLE[person])[: 1 if quick else None]]
     paths = {name: data / name for name in names} if data is not None else {}
     return {
@@ -176,33 +192,33 @@ def recordings(data: Path | None, quick: bool) -> Cases:
 
 def pushes(quick: bool) -> Cases:
     """Return pushes of the walk at phases of a step."""
-    forces = COARSE if quick else FORCES
+    forces = QUICK_FORCES if quick else FORCES
     return {
         f"pushes/{WALK}/pushed at {phase:g} of a step to {angle} deg, by {forces[-1]:g} N at most":
             partial(phase_outcome, WALK, phase, angle, forces)
-        for phase in ((0.25,) if quick else PHASES)
-        for angle in ((0, 90) if quick else AROUND)
+        for phase in ((0.25,) if quick else PUSH_PHASES)
+        for angle in ((0, 90) if quick else DIRECTIONS)
     }  # fmt: skip
 
 
 def standing(quick: bool) -> Cases:
     """Return pushes of people who stand."""
-    forces = COARSE if quick else FORCES
+    forces = QUICK_FORCES if quick else FORCES
     return {
         f"standing/{name}/pushed while standing to {angle} deg, by {forces[-1]:g} N at most":
             partial(push_outcome, name, time, angle, forces)
-        for name, time in STANDS.items()
-        for angle in (SIDES if quick else AROUND)
+        for name, time in STANDING_TIMES.items()
+        for angle in (FOUR_DIRECTIONS if quick else DIRECTIONS)
     }  # fmt: skip
 
 
 def on_the_way(quick: bool) -> Cases:
     """Return pushes in the middle of every motion."""
-    names, forces = (QUICKLY, COARSE) if quick else (tuple(MOTIONS), FORCES)
+    names, forces = (QUICK_MOTIONS, QUICK_FORCES) if quick else (tuple(MOTIONS), FORCES)
     return {
         f"on the way/{name}/{angle}": partial(middle_outcome, name, angle, forces)
         for name in names
-        for angle in SIDES
+        for angle in FOUR_DIRECTIONS
     }
 
 
@@ -229,10 +245,10 @@ def rows(cached: CachedResults) -> Iterator[Row]:
             yield Row(name, "joint error", result["error_deg"], "deg")
     if found:
         share = 100.0 * float(np.mean([bool(r.get("survived")) for r in found.values()]))
-        yield at_least("recorded walks", "walked to their end", share, RECORDED, "%")
+        yield at_least("recorded walks", "walked to their end", share, MIN_COMPLETED_SHARE, "%")
     for part, subject, goals in (
-        ("pushes", "pushes", (MEDIAN, WORST)),
-        ("standing", "pushes while standing", (None, STANDING)),
+        ("pushes", "pushes", (MIN_MEDIAN_PUSH, MIN_WORST_PUSH)),
+        ("standing", "pushes while standing", (None, MIN_STANDING_PUSH)),
     ):
         found = cached.select(part, failed=True)
         for key, result in found.items():
@@ -258,15 +274,19 @@ def motion_rows(cached: CachedResults) -> Iterator[Row]:
     """Return survival, error and offset from the path of every motion; of long runs if there."""
     every: list[Result] = []
     for name in MOTIONS:
-        durations = (f"{LONG:g} s", f"{SHORT:g} s")
+        durations = (f"{DURATION:g} s", f"{QUICK_DURATION:g} s")
         found = (cached.select("motions", name, long, failed=True).values() for long in durations)
         results = next(filter(None, map(list, found)), [])
         every += results
         alive = [r for r in results if r.get("survived")]
         if problem := next((r["error"] for r in results if "error" in r), ""):
-            yield Row(name, "survived", None, "%", f">= {SURVIVE:g}", False, str(problem))
+            yield Row(
+                name, "survived", None, "%", f">= {MIN_SURVIVAL_SHARE:g}", False, str(problem)
+            )
         elif results:
-            yield at_least(name, "survived", 100.0 * len(alive) / len(results), SURVIVE, "%")
+            yield at_least(
+                name, "survived", 100.0 * len(alive) / len(results), MIN_SURVIVAL_SHARE, "%"
+            )
             error = float(np.median([r["error_deg"] for r in results]))
             yield Row(name, "joint error", error, "deg")
             if alive:
@@ -274,7 +294,7 @@ def motion_rows(cached: CachedResults) -> Iterator[Row]:
                 yield at_most(name, "beside its path at the end", offset, MAX_OFFSET, "m")
     if every:
         share = 100.0 * float(np.mean([bool(r.get("survived")) for r in every]))
-        yield at_least("all motions", "survived", share, SURVIVE, "%")
+        yield at_least("all motions", "survived", share, MIN_SURVIVAL_SHARE, "%")
 
 
 def experiment(data: Path | None) -> Specification:

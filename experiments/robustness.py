@@ -14,12 +14,14 @@ from plantigrade.control.replay.trials import replay_once
 from plantigrade.world.grounds import ground_named
 from plantigrade.world.model_mismatch import ModelMismatch
 
-LONG, SHORT, STARTS = 10.0, 3.0, 5
-SURVIVE = 90.0  # goal: share of starts survived [%]
+DURATION = 10.0  # [s] of repeated walks
+QUICK_DURATION = 3.0  # [s] of repeated walks in the short form
+N_STARTS = 5  # starts of each motion
+MIN_SURVIVAL_SHARE = 90.0  # goal: share of starts survived [%]
 NAMES = ("walk 1.0 m/s", "walk 1.3 m/s", "walk 1.6 m/s", "walk from standing", "sit-to-stand",
          "side-step", "squat", "jump")  # fmt: skip
 WALKS = tuple(name for name in NAMES if name.startswith("walk"))
-AHEAD = 0.5
+UNPLANNED_START = 0.5
 """Where the unplanned ground begins [m]."""
 
 
@@ -28,11 +30,11 @@ def _bumps(seed: int) -> ModelMismatch:
 
 
 def _ahead(rise: float) -> Callable[[int], ModelMismatch]:
-    """Return ground that is higher by ``rise`` from :data:`AHEAD` on [m]."""
-    return lambda seed: ModelMismatch(ground=Ground(steps=(GroundStep(AHEAD, rise),)))
+    """Return ground that is higher by ``rise`` from :data:`UNPLANNED_START` on [m]."""
+    return lambda seed: ModelMismatch(ground=Ground(steps=(GroundStep(UNPLANNED_START, rise),)))
 
 
-DISTURBED: dict[str, dict[str, Callable[[int], ModelMismatch]]] = {
+MISMATCHES_BY_PART: dict[str, dict[str, Callable[[int], ModelMismatch]]] = {
     "planned": {"as planned": lambda seed: ModelMismatch()},
     "mass": {
         "10 % heavier": lambda seed: ModelMismatch(mass=1.1),
@@ -51,23 +53,25 @@ DISTURBED: dict[str, dict[str, Callable[[int], ModelMismatch]]] = {
     "sensors": {"sensor noise": lambda seed: ModelMismatch(sensors=0.002)},
 }
 """Part → name → the mismatch, by the number of the start."""
-EVERY = {what: how for part in DISTURBED.values() for what, how in part.items()}
+MISMATCHES = {what: how for part in MISMATCHES_BY_PART.values() for what, how in part.items()}
 
 NOTES = (
     "",
-    "Runs from starts disturbed as in the experiment replay, with one mismatch at a time, unknown "
-    f"to the controller; walks on level ground are repeated for {LONG:g} "
-    f"s ({SHORT:g} s in the short form). Bumps are another random relief for each start; ground "
-    f"that is higher or lower is so from {AHEAD:g} m ahead on, for walks (a motion with a seat "
-    "keeps its own ground). Sensor noise: "
-    "0.002 rad on angles, 0.02 rad/s and m/s on velocities, white, at 500 Hz.",
+    "Runs from starts disturbed as in the experiment replay, with one mismatch at a time, "
+    f"unknown to the controller; walks on level ground are repeated for {DURATION:g} s "
+    f"({QUICK_DURATION:g} s in the short form). Bumps are another random relief for each start; "
+    f"ground that is higher or lower is so from {UNPLANNED_START:g} m ahead on, for walks (a "
+    "motion with a seat keeps its own ground). Sensor noise: 0.002 rad on angles, 0.02 rad/s and "
+    "m/s on velocities, white, at 500 Hz.",
 )
 
 
 def replayed(name: str, what: str, seed: int, duration: float) -> Result:
     """Return the outcome of a motion under a mismatch."""
     repeated = duration if MOTIONS[name].repeated else None
-    return outcome(replay_once(synthesised(name), repeated, seed=seed, mismatch=EVERY[what](seed)))
+    return outcome(
+        replay_once(synthesised(name), repeated, seed=seed, mismatch=MISMATCHES[what](seed))
+    )
 
 
 def _fits(name: str, what: str) -> bool:
@@ -79,12 +83,14 @@ def _fits(name: str, what: str) -> bool:
 
 def _cases(part: str, quick: bool) -> Cases:
     """Return every motion under the disturbances of a part; first starts come first."""
-    names, starts, long = (("walk 1.3 m/s",), 1, SHORT) if quick else (NAMES, STARTS, LONG)
+    names, starts, long = (
+        (("walk 1.3 m/s",), 1, QUICK_DURATION) if quick else (NAMES, N_STARTS, DURATION)
+    )
     return {
         f"{what}/{name}/{seed}/{long:g} s": partial(replayed, name, what, seed, long)
         for seed in range(1, starts + 1)
         for name in names
-        for what in DISTURBED[part]
+        for what in MISMATCHES_BY_PART[part]
         if _fits(name, what)
     }
 
@@ -92,23 +98,23 @@ def _cases(part: str, quick: bool) -> Cases:
 def _survived(cached: CachedResults, what: str, name: str) -> list[bool]:
     """Return the survival of a motion under a mismatch: of the long runs, if there are any."""
     found = cached.select(what, name, failed=True)
-    long = [result for key, result in found.items() if key.endswith(f"/{LONG:g} s")]
+    long = [result for key, result in found.items() if key.endswith(f"/{DURATION:g} s")]
     return [bool(result.get("survived")) for result in long or found.values()]
 
 
 def rows(cached: CachedResults) -> Iterator[Row]:
     """Return the share of runs that survived."""
-    for what in EVERY:
+    for what in MISMATCHES:
         for name in NAMES:
             if own := _survived(cached, what, name):
                 share = 100.0 * float(np.mean(own))
-                yield at_least(name, f"survived, {what}", share, SURVIVE, "%")
+                yield at_least(name, f"survived, {what}", share, MIN_SURVIVAL_SHARE, "%")
 
 
 EXPERIMENT = Specification(
     name="robustness",
     title="Motions under what was not planned",
-    parts={part: partial(_cases, part) for part in DISTURBED},
+    parts={part: partial(_cases, part) for part in MISMATCHES_BY_PART},
     summary=summary,
     rows=rows,
     notes=NOTES,

@@ -30,8 +30,9 @@ SPEEDS = {
 }
 """Recording → speed of the treadmill [m/s]."""
 WALKS = tuple(SPEEDS)
-QUICK = WALKS[1:]
-PEAK, CONTACT = 12.0, 15.0  # [%] allowed difference of the peak force, of the contact time
+QUICK_TRIALS = WALKS[1:]
+MAX_PEAK_DIFFERENCE = 12.0  # [%] goal of the peak of the vertical force
+MAX_CONTACT_TIME_DIFFERENCE = 15.0  # [%] goal of the contact time
 KNEE = (15.0, 25.0)  # [deg] knee flexion at strike of runners who land on their heels
 CORRELATION = {"hip_flexion": 0.9, "knee_angle": 0.9, "ankle_angle": 0.8}
 FORCES = {"vertical force": "up", "forward force": "forward"}
@@ -87,7 +88,9 @@ def run(
 ) -> ResultTable:
     """Return the table over the recordings of running in a data folder."""
     title = "Generated running beside a recorded runner"
-    return over_trials(title, data, QUICK if quick else WALKS, trial_rows, say=say, notes=NOTES)
+    return over_trials(
+        title, data, QUICK_TRIALS if quick else WALKS, trial_rows, say=say, notes=NOTES
+    )
 
 
 def trial_rows(path: Path, name: str) -> list[Row]:
@@ -110,11 +113,13 @@ def rows_beside(key: str, made: Gait, recorded: Gait) -> Iterable[Row]:
     """Yield the figures of a generated gait, those of the recorded one after them."""
     yield Row(key, "cadence", made.cadence, "steps/min")
     yield Row(key, "cadence, recorded", recorded.cadence, "steps/min")
-    yield _beside(key, "contact time", made.contact, recorded.contact, CONTACT, "s")
+    yield _beside(
+        key, "contact time", made.contact, recorded.contact, MAX_CONTACT_TIME_DIFFERENCE, "s"
+    )
     yield Row(key, "contact time, recorded", recorded.contact, "s")
     for quantity, axis in FORCES.items():
         mine, measured = made.curves[axis], recorded.curves[axis]
-        limit = PEAK if axis == "up" else None
+        limit = MAX_PEAK_DIFFERENCE if axis == "up" else None
         unit = "body weights"
         yield _beside(
             key, f"peak {quantity}", float(mine.max()), float(measured.max()), limit, unit

@@ -13,9 +13,16 @@ from plantigrade.control.gait.reference import period_of
 from plantigrade.record import Record
 from plantigrade.world import Controller
 
-PREFIX, SIDES = "square", {"left": 1.0, "right": -1.0}
-SIDE, DURATION, ROUNDS = 4.0, 25.0, 4
-"""Length of a side [m], duration of a walk [s], and rounds of its path."""
+PREFIX = "square"
+"""First word of the names of these walks."""
+TURN_SIGNS = {"left": 1.0, "right": -1.0}
+"""Sense of rotation by the side to which a walk turns."""
+SIDE_LENGTH = 4.0
+"""Length of a side [m]."""
+DURATION = 25.0
+"""Duration of a walk [s]."""
+N_ROUNDS = 4
+"""Rounds of its path."""
 
 
 def square(controller: str, data: Path, name: str, way: str, seconds: float) -> Result:
@@ -41,5 +48,5 @@ def _round(one: Walker, way: str) -> Walker:
 
 def _corners(way: str) -> Float[Array, "n 2"]:
     """Return the corners of a square in the order of the path [m]."""
-    corners = SIDE * np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]] * ROUNDS)
-    return corners * [1.0, SIDES[way]]
+    corners = SIDE_LENGTH * np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]] * N_ROUNDS)
+    return corners * [1.0, TURN_SIGNS[way]]

@@ -26,22 +26,34 @@ from plantigrade.threads import on_one_thread
 from plantigrade.world import Controller, Disturbance, World, standing_on
 from plantigrade.world.grounds import ground_named
 
-HEIGHT, MASS, SEX, JOINTS = 1.50, 48.5, "female", "66"  # the paper does not say the sex
+HEIGHT = 1.50
+"""Stature of the person [m]."""
+MASS = 48.5
+"""Mass of the person [kg]."""
+SEX = "female"
+"""The paper does not say the sex."""
+JOINTS = "66"
+"""Joints of the person, as in the paper."""
 RATE = 900.0
 """Rate of the physics [1/s]; the paper has 1800."""
-AHEAD, WIDTH = 0.60, 0.147
-"""Stance: position of the centre of mass over the soles, from the heels; distance of the ankles, of
-the height.
+COM_FROM_HEELS = 0.60
+"""Position of the centre of mass over the soles, from the heels [sole lengths].
 
 People have it at 0.45; the paper's 65 N from the front and 50 N from the back are those of a
 pendulum at some 0.6.
 """
+STANCE_WIDTH = 0.147
+"""Distance of the ankles [statures]."""
 ARM_ABDUCTION = np.deg2rad(17.0)
 """Angle of the arms from the trunk, without collisions [rad]."""
-MAX_SPEED, MAX_LEAN = 0.1, np.deg2rad(40.0)
-"""Limits of speed [m/s] and lean [rad] of a person at rest."""
-PRESSING_FORCE, SETTLED = 1.0, 1.0
-"""A contact point presses above this force [N]; slip is measured from this time on [s]."""
+MAX_SPEED = 0.1
+"""Greatest speed of a person at rest [m/s]."""
+MAX_LEAN = np.deg2rad(40.0)
+"""Greatest lean of a person at rest [rad]."""
+PRESSING_FORCE = 1.0
+"""Force above which a contact point presses [N]."""
+SETTLING_TIME = 1.0
+"""Time from which slip is measured [s]."""
 FEET = ("multi-segment", "two-segment", "rigid")
 PUSHES = {"front": np.pi, "side": np.pi / 2, "back": 0.0}
 """Where a push comes from, in the paper's words → its direction [rad]."""
@@ -107,8 +119,8 @@ class Standing:
     feet: str = "multi-segment"
     formulation: str = "hybrid"
     ground: str = "flat"
-    ahead: float = AHEAD
-    width: float = WIDTH
+    ahead: float = COM_FROM_HEELS
+    width: float = STANCE_WIDTH
     height: float = HEIGHT
     mass: float = MASS
     seed: int = 0
@@ -166,7 +178,7 @@ def stand(
         if plate:
             turn = world.data.xmat[plate[0]].reshape(3, 3)
             place = (place - world.data.xpos[plate[0]]) @ turn
-        if world.time >= SETTLED and settled is None:
+        if world.time >= SETTLING_TIME and settled is None:
             settled = place.copy()
         if settled is not None and pressing.any():
             moved = np.linalg.norm((place - settled)[pressing, :2], axis=1)

@@ -21,7 +21,7 @@ from plantigrade.world.standing import COM_ALONG_SOLE
 
 STANDING_PARTS = ("torque", "hybrid", "posture")
 """Formulations that are compared, each a part."""
-SHIPPED = "shipped"
+SHIPPED_FEET_PART = "shipped"
 """Part with the feet of the command line: fewer contacts under those of one or two segments."""
 
 
@@ -31,14 +31,18 @@ def _has_goal(formulation: str, foot: str) -> bool:
 
 # Uneven ground ------------------------------------------------------------------------------------
 
-DURATION, N_SEEDS = 10.0, 20
-"""Duration [s]; number of fields of bumps."""
+DURATION = 10.0
+"""Duration of standing [s]."""
+N_SEEDS = 20
+"""Number of fields of bumps."""
 SHAPES = {"sphere:1": "sphere of 1 m", "sphere:0.5": "sphere of 0.5 m", "dome:2": "domes of 2 cm"}
 BUMPS = "bumps:3"
 MIN_SHARE = 90.0
 """Goal of the share of fields of bumps [%]."""
-FORCE_STEP, WATCH = 2.5, 3.0
-"""Distance of tried forces [N]; time after a push [s]."""
+FORCE_STEP = 2.5
+"""Distance of the tried forces [N]."""
+WATCH_TIME = 3.0
+"""Time on the feet after a push [s]."""
 
 
 def _uneven(part: str, quick: bool) -> Cases:
@@ -46,7 +50,7 @@ def _uneven(part: str, quick: bool) -> Cases:
     duration = 3.0 if quick else DURATION
     grounds = {ground: (ground, 0) for ground in SHAPES}
     grounds |= {f"{BUMPS}/{k}": (BUMPS, k) for k in range(2 if quick else N_SEEDS)}
-    full_sole = part != SHIPPED
+    full_sole = part != SHIPPED_FEET_PART
     standing = partial(Standing, formulation=part if full_sole else "torque", full_sole=full_sole)
     return {
         f"{part}/{foot}/{name}": partial(
@@ -68,14 +72,14 @@ def _pushes(quick: bool) -> Cases:
 
 
 def _limit(foot: str, ground: str, direction: float) -> Result:
-    test = PushTest(situation=Standing(foot, "torque", ground), watch_time=WATCH)
+    test = PushTest(situation=Standing(foot, "torque", ground), watch_time=WATCH_TIME)
     limit = test.limit(direction, step=FORCE_STEP)
     return {"force": limit.force, "gaps": list(limit.gaps)}
 
 
 def _by_ground(cached: CachedResults) -> Iterator[tuple[str, str, str, list[Result]]]:
     """Yield formulation or part, foot, kind of ground and its results."""
-    for formulation in (*FORMULATIONS, SHIPPED):
+    for formulation in (*FORMULATIONS, SHIPPED_FEET_PART):
         for foot in FEET:
             for ground, words in (*SHAPES.items(), (BUMPS, "bumps of 3 cm")):
                 if found := list(cached.select(formulation, foot, ground).values()):
@@ -109,9 +113,9 @@ def uneven_rows(cached: CachedResults) -> Iterator[Row]:
 UNEVEN = Specification(
     name="uneven-ground",
     title="Standing on uneven ground",
-    parts={name: partial(_uneven, name) for name in (*STANDING_PARTS, SHIPPED)}
+    parts={name: partial(_uneven, name) for name in (*STANDING_PARTS, SHIPPED_FEET_PART)}
     | {"pushes": _pushes},
-    default_parts=("torque", SHIPPED),
+    default_parts=("torque", SHIPPED_FEET_PART),
     summary=summary,
     rows=uneven_rows,
     notes=(
@@ -128,8 +132,10 @@ UNEVEN = Specification(
 
 # Swaying plate ------------------------------------------------------------------------------------
 
-PLATE_DURATION, PERIOD = 20.0, 4.0
-"""Duration and period of the plate [s]."""
+PLATE_DURATION = 20.0
+"""Time on the plate [s]."""
+PLATE_PERIOD = 4.0
+"""Period of its motion [s]."""
 AXES = {"fore-aft": 0.0, "lateral": np.pi / 2}
 DEGREES = (10, 15)
 MOVING_FIGURES = {"trunk": "deg", "sway": "mm", "slip": "mm", "points": ""}
@@ -141,7 +147,7 @@ def _moving(formulation: str, quick: bool) -> Cases:
 
     def case(foot: str, degrees: int, direction: float) -> partial:
         amplitude = float(np.deg2rad(degrees))
-        plate = Tilting(amplitude=amplitude, period=PERIOD, direction=direction)
+        plate = Tilting(amplitude=amplitude, period=PLATE_PERIOD, direction=direction)
         standing = Standing(foot, formulation, ahead=COM_ALONG_SOLE)
         return partial(stand, standing, (plate,), 5.0 if quick else PLATE_DURATION)
 

@@ -44,7 +44,7 @@ FIGURES = {
 """Figures of an agreement and their units."""
 LEAST_MOTION = 2.0
 """Range below which a stored angle is locked or noise and nothing is held against it [deg]."""
-FEWEST = 20
+MIN_COMMON_FRAMES = 20
 """Frames that both must have."""
 
 # Goals by source and angle: least r, most RMSE, without offset, difference of ranges, bias [deg].
@@ -131,7 +131,7 @@ def agreement(angle: str, source: str, ours: np.ndarray, theirs: np.ndarray) -> 
     """Return how two curves [deg] agree; None where the stored one is missing or hardly moves."""
     both = np.isfinite(ours) & np.isfinite(theirs)
     a, b = ours[both], theirs[both]
-    if len(a) <= FEWEST or np.ptp(b) < LEAST_MOTION:
+    if len(a) <= MIN_COMMON_FRAMES or np.ptp(b) < LEAST_MOTION:
         return None
     span = float(np.ptp(a) - np.ptp(b))
     found = compare_curves(a, b)

@@ -12,7 +12,7 @@ import numpy as np
 
 from experiments.cached_results import CachedResults, Cases, Result
 from experiments.specification import Specification
-from experiments.synthesis_cases import PARTS, QUICK, QUICK_PARTS, Extent, Part
+from experiments.synthesis_cases import PARTS, QUICK_EXTENT, QUICK_PARTS, Extent, Part
 from experiments.synthesis_trial import failure_remarks, motion_rows, summary
 from experiments.table import Row, at_least, at_most
 
@@ -95,7 +95,7 @@ def experiment(extent: Extent | None = None) -> Specification:
     """Return the experiment; its size is that of the long or the short form if none is given."""
 
     def cases(part: Part, quick: bool) -> Cases:
-        return dict(part.cases(extent or (QUICK if quick else Extent())))
+        return dict(part.cases(extent or (QUICK_EXTENT if quick else Extent())))
 
     return Specification(
         name="synthesis-bench",

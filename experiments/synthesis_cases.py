@@ -16,15 +16,25 @@ from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.tasks.walking_plan import walk_plan
 from plantigrade.trajopt.transcription.mesh import nodes_of
 
-SPEED, DURATION = 1.3, 3.0  # of the walk [m/s], [s]
-NODES, FINE_NODES = 61, 301
-STEP_LENGTHS, SPEEDS = (0.3, 0.75), (0.4, 1.6)  # of random tasks [m], [m/s]
+SPEED = 1.3  # [m/s] of the walk
+DURATION = 3.0  # [s] of the walk
+N_NODES = 61  # of its mesh
+N_FINE_NODES = 301  # of its fine mesh
+STEP_LENGTHS = (0.3, 0.75)  # [m] range of random tasks
+SPEEDS = (0.4, 1.6)  # [m/s] range of random tasks
 # Goals.
-COLD, IPOPT, WARM, FINE = 4.0, 20.0, 0.5, 12.0  # [s]
-REQUEST, LONGEST_REQUEST, REQUESTS_MADE = 3.0, 20.0, 0.98  # median, most [s]; share
+MAX_COLD_TIME = 4.0  # [s] from the guess
+MAX_IPOPT_TIME = 20.0  # [s] of Ipopt
+MAX_WARM_TIME = 0.5  # [s] from an earlier solution
+MAX_FINE_TIME = 12.0  # [s] on the fine mesh
+MAX_MEDIAN_REQUEST_TIME = 3.0  # [s] of random requests, median
+MAX_REQUEST_TIME = 20.0  # [s] of random requests, worst
+MIN_REQUEST_SHARE = 0.98  # [1] of random requests that are solved
 STAIR = 10.0  # [s]
-OFTEN = 19  # of 20
-STAIR_TREADS, STAIR_RISES, STAIR_SPEEDS = (2, 3, 4, 5, 6), (0.1, 0.2), (0.5, 1.0)  # [m], [m/s]
+MIN_SOLVED_OF_20 = 19  # guesses of 20 that lead to the solution
+STAIR_TREADS = (2, 3, 4, 5, 6)
+STAIR_RISES = (0.1, 0.2)  # [m] range
+STAIR_SPEEDS = (0.5, 1.0)  # [m/s] range
 
 
 @dataclass(frozen=True)
@@ -43,7 +53,7 @@ class Extent:
     steps: int = 4
 
 
-QUICK = Extent(guesses=1, sizes=(0.05,), random=1, requests=1, stairs=2)
+QUICK_EXTENT = Extent(guesses=1, sizes=(0.05,), random=1, requests=1, stairs=2)
 QUICK_PARTS = ("crude walk", "periodic", "sit-to-stand", "random periodic", "warm")
 
 Case = tuple[str, Callable[[], dict[str, Any]]]
@@ -67,7 +77,7 @@ class Part:
     title: str
     cases: Callable[[Extent], Iterator[Case]]
     seconds: float
-    share: float = OFTEN / 20
+    share: float = MIN_SOLVED_OF_20 / 20
     most: float | None = None
 
 
@@ -128,7 +138,7 @@ def ipopt(extent: Extent) -> Iterator[Case]:
 def fine(extent: Extent) -> Iterator[Case]:
     """Yield the walk on many nodes."""
     human = person()
-    yield from _two_guesses("fine", human, with_nodes(walk_of(human, extent), FINE_NODES))
+    yield from _two_guesses("fine", human, with_nodes(walk_of(human, extent), N_FINE_NODES))
 
 
 def _two_guesses(part: str, human: Human, task: MotionTask, **how: Any) -> Iterator[Case]:
@@ -211,7 +221,7 @@ def warm(extent: Extent) -> Iterator[Case]:
 
 
 def _of_guesses(name: str, words: str, of: Callable[[Human, Extent], MotionTask]) -> Part:
-    return Part(name, words, partial(guesses, name, of), COLD)
+    return Part(name, words, partial(guesses, name, of), MAX_COLD_TIME)
 
 
 PARTS: dict[str, Part] = {
@@ -223,8 +233,8 @@ PARTS: dict[str, Part] = {
             lambda human, extent: crude(walk_of(human, extent)),
         ),
         _of_guesses("walk", "the same walk from its own guess", walk_of),
-        Part("ipopt", "the same walk by IPOPT", ipopt, IPOPT, 1.0),
-        Part("fine", f"the same walk on {FINE_NODES} nodes or more", fine, FINE, 1.0),
+        Part("ipopt", "the same walk by IPOPT", ipopt, MAX_IPOPT_TIME, 1.0),
+        Part("fine", f"the same walk on {N_FINE_NODES} nodes or more", fine, MAX_FINE_TIME, 1.0),
         _of_guesses(
             "periodic", "periodic walk at 1.3 m/s", named("walk", periodic=True, speed=SPEED)
         ),
@@ -236,25 +246,27 @@ PARTS: dict[str, Part] = {
             "random",
             "walks of random step and speed, from standing to standing",
             partial(random_walks, "random", False),
-            COLD,
+            MAX_COLD_TIME,
             1.0,
         ),
         Part(
             "random periodic",
             "periodic walks of random step and speed",
             partial(random_walks, "random periodic", True),
-            COLD,
+            MAX_COLD_TIME,
             1.0,
         ),
         Part(
             "requests",
             "random requests over all tasks, persons, feet and joints",
             requests,
-            REQUEST,
-            REQUESTS_MADE,
-            LONGEST_REQUEST,
+            MAX_MEDIAN_REQUEST_TIME,
+            MIN_REQUEST_SHARE,
+            MAX_REQUEST_TIME,
         ),
         Part("stairs", "stairs up and down, from standing to standing", stairs, STAIR, 1.0),
-        Part("warm", "walks from one of a slightly different speed or step", warm, WARM, 1.0),
+        Part(
+            "warm", "walks from one of a slightly different speed or step", warm, MAX_WARM_TIME, 1.0
+        ),
     )
 }

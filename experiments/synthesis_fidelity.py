@@ -35,7 +35,7 @@ from plantigrade.pages.section import Section
 from plantigrade.record import Run
 from plantigrade.trajopt.tasks.gait_parameters import leg_length
 
-FREE = 1.3
+FREE_SPEED = 1.3
 """The speed with goals [m/s]."""
 CURVES = ("hip_flexion", "knee_angle", "ankle_angle")
 FORCES = ("vertical_grf", "anterior_grf")
@@ -67,7 +67,7 @@ class Extent:
     Nodes per second are the tasks' own if absent.
     """
 
-    speeds: tuple[float, ...] = (0.7, 1.0, FREE, 1.6, 1.9)
+    speeds: tuple[float, ...] = (0.7, 1.0, FREE_SPEED, 1.6, 1.9)
     statures: tuple[float, ...] = (1.50, 1.60, 1.75, 1.85, 1.95)
     masses: tuple[float, ...] = (45.0, 77.5, 110.0)
     feet: tuple[str, ...] = ("rigid", "two-segment", "multi-segment")
@@ -77,7 +77,7 @@ class Extent:
     nodes_per_second: float | None = None
 
 
-QUICK = Extent((FREE,), (1.75,), (77.5,), ("two-segment",), ("squat", "reach", "jump"))
+QUICK_EXTENT = Extent((FREE_SPEED,), (1.75,), (77.5,), ("two-segment",), ("squat", "reach", "jump"))
 QUICK_PARTS = ("speeds", "tasks")
 
 # Parts --------------------------------------------------------------------------------------------
@@ -95,7 +95,7 @@ def speeds(extent: Extent) -> Iterator[Case]:
 
 def people(extent: Extent) -> Iterator[Case]:
     """Periodic walks of all people: every stature, every mass, slow, free and fast."""
-    some = sorted({min(extent.speeds), FREE, max(extent.speeds)} & set(extent.speeds))
+    some = sorted({min(extent.speeds), FREE_SPEED, max(extent.speeds)} & set(extent.speeds))
     for height in extent.statures:
         for mass in extent.masses:
             for speed in some:
@@ -110,7 +110,7 @@ def feet(extent: Extent) -> Iterator[Case]:
         who = replace(ADULT, feet=kind)
         for speed in extent.speeds:
             yield f"{kind}, {speed:g} m/s", who, "walk", {"speed": speed, "periodic": True}
-        yield f"{kind}, {FREE:g} m/s from standing", who, "walk", {"speed": FREE}
+        yield f"{kind}, {FREE_SPEED:g} m/s from standing", who, "walk", {"speed": FREE_SPEED}
 
 
 def others(extent: Extent) -> Iterator[Case]:
@@ -227,12 +227,12 @@ def rows(cached: CachedResults) -> Iterator[Row]:
         speed = r["options"].get("speed")
         for name, quantity, limit, unit in CHECKS:
             if (value := r["check"].get(f"check_{name}")) is not None:
-                slow = speed is None or speed <= FREE
+                slow = speed is None or speed <= FREE_SPEED
                 yield at_most(key, quantity, float(value), limit if slow else None, unit)
         if "planes" in r and speed is not None and key.startswith("speeds/"):
             yield from plane_rows(key, r["planes"], float(speed))
         if "gait" in r:
-            judged = key == f"speeds/{FREE:g} m/s periodic"
+            judged = key == f"speeds/{FREE_SPEED:g} m/s periodic"
             for row in gait_rows(key, r["gait"]):
                 yield row if judged else replace(row, goal="", met=None)
     yield from growth_row(results)
@@ -270,7 +270,7 @@ def experiment(extent: Extent | None = None) -> Specification:
     """Return the experiment; its size is that of the long or the short form if none is given."""
 
     def cases(part: str, quick: bool) -> Cases:
-        size = extent or (QUICK if quick else Extent())
+        size = extent or (QUICK_EXTENT if quick else Extent())
         return {
             f"{part}/{key}": partial(measure, person, task, options, size.nodes_per_second)
             for key, person, task, options in PARTS[part](size)

@@ -17,7 +17,7 @@ ANGLES = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "hip_flexion", "hip_a
 ANGLES += ("hip_rotation", "knee_angle", "ankle_angle")
 LOADS = ("hip_flexion_moment", "hip_adduction_moment", "knee_angle_moment", "ankle_angle_moment")
 LOADS += ("hip_flexion_power", "knee_angle_power", "ankle_angle_power")
-OPPOSITE = ("pelvis_tilt", "hip_flexion", "knee_angle", "ankle_angle")
+ANGLES_AT_OPPOSITE_STRIKE = ("pelvis_tilt", "hip_flexion", "knee_angle", "ankle_angle")
 """Angles at the heel strike of the other foot, half way through the cycle."""
 
 ANKLE_MOMENT = (1.5, 0.15)
@@ -56,7 +56,7 @@ def planes_of(run: Run, speed: float, kind: str) -> dict[str, Any]:
     own_steps = {"step_length": 60.0 * speed / cadence, "cadence": cadence}
     steps = {n: (mean - sd, mean + sd) for n, (mean, sd) in norms.adult_steps(speed).items()}
     opposite = {}
-    for name in OPPOSITE:
+    for name in ANGLES_AT_OPPOSITE_STRIKE:
         band = norms.norm(name, population=norms.ADULTS)
         own = means[name if name in means else f"{name}_r"]
         pairs = ((curves.percent, own), (band.percent, band.mean), (band.percent, band.sd))
@@ -70,7 +70,7 @@ def planes_of(run: Run, speed: float, kind: str) -> dict[str, Any]:
     }
 
 
-SHOWN = (
+COLUMNS = (
     ("trunk lean ± deg", "trunk_lean_deg", "{:.1f}"),
     ("head lean ± deg", "head_lean_deg", "{:.1f}"),
     ("pelvis list ± deg", "pelvis_lean_deg", "{:.1f}"),
@@ -109,7 +109,10 @@ def plane_grids(results: Mapping[str, Result]) -> tuple[Grid, ...]:
     """Return figures of all planes, what joints bear, and how near curves are to norms."""
     there = {key: r["planes"] for key, r in results.items() if "planes" in r}
     grids = []
-    for title, shown in (("All planes", SHOWN), ("Moments [N m/kg], powers, forces", LOAD_FIGURES)):
+    for title, shown in (
+        ("All planes", COLUMNS),
+        ("Moments [N m/kg], powers, forces", LOAD_FIGURES),
+    ):
         lines = []
         for key, p in there.items():
             lines.append([key, *(_cell(p["figures"], name, form) for _, name, form in shown)])
@@ -133,7 +136,9 @@ def plane_grids(results: Mapping[str, Result]) -> tuple[Grid, ...]:
         for key, p in there.items()
     ]
     title = "As the other foot strikes (adults at comfortable speed) [deg]"
-    grids.append(Grid(title, ("", *(n.replace("_", " ") for n in OPPOSITE)), struck))
+    grids.append(
+        Grid(title, ("", *(n.replace("_", " ") for n in ANGLES_AT_OPPOSITE_STRIKE)), struck)
+    )
     title = "Part of the cycle within one SD of adults at comfortable speed [%]"
     grids.append(Grid(title, header[: 1 + len(ANGLES)], inside))
     return tuple(grids)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.fit_accuracy import SETTLED, WALKS
+from experiments.fit_accuracy import SETTLING_PEOPLE, WALKS
 from experiments.force_figures import FORCES, MOMENTS, OPENGRF
 from experiments.gait_forces import STANCES
 from experiments.table import (
@@ -39,14 +39,14 @@ from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.settings import TrackSettings
 from plantigrade.workflows.track import Tracked, track_trial
 
-QUICK = ("opensim/gait2392_subject01/subject01_walk1.trc",)
+QUICK_TRIALS = ("opensim/gait2392_subject01/subject01_walk1.trc",)
 MAX_WALK = 2.5
 """Longest tracked interval of a walk: two strides [s]."""
 MAX_OTHER = 6.0
 """Longest tracked interval of other motions: a squat, from the chair and back [s]."""
-START = {"cmu_bvh/13_01.bvh": 2.5}
+START_TIMES = {"cmu_bvh/13_01.bvh": 2.5}
 """Start of the tracked interval [s]."""
-OTHERS = (
+OTHER_TRIALS = (
     "opensim/opencap_subject4/STS1.trc",
     "opensim/opencap_subject4/squats1.trc",
     "opensim/opencap_squat/squats1_videoAndMocap.mot",
@@ -60,34 +60,33 @@ OTHERS = (
     "deepmimic/humanoid3d_stealthy_walk.txt",
 )
 """Walking, chairs and squats without plates under every foot."""
-PROGRAM = "program alone: "
+PROGRAM_PREFIX = "program alone: "
 """How figures begin that are the quadratic program's, without tracking."""
 FIGURES = (*FORCES, *MOMENTS)
 ANKLE_RMS = "ankle angle from the recording, RMS of the worse foot"
 ANKLE_RANGE = "ankle, range of motion from the recorded one, worse foot"
-KNEE_RMS, HIP_RMS = (
-    f"{j} flexion from the recording, RMS of the worse leg" for j in ("knee", "hip")
-)
-KNEE_RANGE, HIP_RANGE = (
-    f"{j} flexion, range of motion from the recorded one, worse leg" for j in ("knee", "hip")
-)
+KNEE_RMS = "knee flexion from the recording, RMS of the worse leg"
+HIP_RMS = "hip flexion from the recording, RMS of the worse leg"
+KNEE_RANGE = "knee flexion, range of motion from the recorded one, worse leg"
+HIP_RANGE = "hip flexion, range of motion from the recorded one, worse leg"
 JOINTS = (
     ("ankle_angle", ANKLE_RMS, ANKLE_RANGE),
     ("knee_angle", KNEE_RMS, KNEE_RANGE),
     ("hip_flexion", HIP_RMS, HIP_RANGE),
 )
-FLAT, FLAT_RECORDED = "heel strike to foot flat", "heel strike to foot flat, recorded"
+FOOT_FLAT = "heel strike to foot flat"
+FOOT_FLAT_RECORDED = "heel strike to foot flat, recorded"
 FLAT_LATE = "foot flat later than recorded, worse foot"
 OFF_LATE = "toes rise later than recorded, worst step"
 MAX_EVENT_ERROR = 15.0  # largest error of foot flat and toe-off [ms]
-RISEN = 0.010  # height of the toes above their level in midstance that counts as risen [m]
+MIN_TOE_RISE = 0.010  # height of the toes above their level in midstance that counts as risen [m]
 NEAR_TOE_OFF = 0.15  # largest time between toe-off and that [s]
 PEOPLE_FLAT = "80–120"  # heel strike to foot flat of healthy adults [ms]
 
 NOTES = (
     STANCES,
     "Plates are withheld, but where no file tells the body mass it is found from them.",
-    f"Settled half: {', '.join(SETTLED)}; weights were settled there.",
+    f"Settled half: {', '.join(SETTLING_PEOPLE)}; weights were settled there.",
     f"Of a walk {MAX_WALK:g} s are tracked, of what is no walk {MAX_OTHER:g} s.",
     "Program: the quadratic program whose forces the tracked motion keeps near, over the same "
     "frames; it changes no motion, and leaves an unexplained wrench.",
@@ -101,7 +100,7 @@ def run(
 ) -> ResultTable:
     """Return the table over walks on force plates, and other recordings, in a data folder."""
     title = "Recordings tracked on contact forces"
-    names = QUICK if quick else (*WALKS, *OTHERS)
+    names = QUICK_TRIALS if quick else (*WALKS, *OTHER_TRIALS)
     table = over_trials(title, data, names, trial_rows, say=say, notes=NOTES)
     rows = list(table.rows)
     walks = {row.subject for row in rows if row.quantity == FORCES[0].name}
@@ -109,10 +108,10 @@ def run(
         own = [
             r
             for r in rows
-            if r.subject in walks and settled == any(s in r.subject for s in SETTLED)
+            if r.subject in walks and settled == any(s in r.subject for s in SETTLING_PEOPLE)
         ]
         rows += mean_rows(half, own)
-    forces = {prefix + f.name for f in FIGURES for prefix in ("", PROGRAM)}
+    forces = {prefix + f.name for f in FIGURES for prefix in ("", PROGRAM_PREFIX)}
     sheets = sheets_of("Forces and moments", rows, forces)
     sheets += sheets_of("Motions", [row for row in rows if row.quantity not in forces])
     return replace(table, rows=rows, sheets=sheets)
@@ -129,7 +128,7 @@ def trial_rows(path: Path, name: str) -> list[Row]:
     rows = angle_rows(name, tracked.against_recording) + toe_off_rows(name, tracked)
     if name in WALKS and tracked.walk.measured is not None:
         rows += _figures(name, tracked.against_plates(), "")
-        rows += _figures(name, tracked.estimate_against_plates(), PROGRAM)
+        rows += _figures(name, tracked.estimate_against_plates(), PROGRAM_PREFIX)
     return [
         *rows,
         Row(name, "moved from the recording, RMS", float(np.rad2deg(angle)), "deg"),
@@ -153,7 +152,7 @@ def angle_rows(name: str, held: Comparison) -> list[Row]:
         most = at_most(name, rms_name, rms, 2.5, "deg")
         rows.append(most if rms_name == ANKLE_RMS else Row(name, rms_name, rms, "deg"))
         rows.append(replace(within(name, range_name, off, 5.0, "deg"), goal="<= 5 either way"))
-    for quantity, k in ((FLAT, 0), (FLAT_RECORDED, 1)):
+    for quantity, k in ((FOOT_FLAT, 0), (FOOT_FLAT_RECORDED, 1)):
         seen = [1e3 * held.foot_flat[side][k] for side in SIDES]
         if np.isfinite(seen).any():
             rows.append(Row(name, quantity, float(np.nanmean(seen)), "ms"))
@@ -176,7 +175,7 @@ def toe_off_rows(name: str, tracked: Tracked) -> list[Row]:
 
 
 def _toes_rise(tracked: Tracked, motion: Motion, side: str, last: float) -> list[float]:
-    """Return when the toes are :data:`RISEN` above their level in midstance, of each step [s]."""
+    """Return when the toes of each step are well above their level in midstance [s]."""
     points = sole_paths(tracked.human, motion.qpos)
     height = points.position[:, points.of(side, "toes"), 2].min(axis=1)
     risen = []
@@ -185,7 +184,7 @@ def _toes_rise(tracked: Tracked, motion: Motion, side: str, last: float) -> list
         if not stance.whole or stance.start < tracked.start or stop > last:
             continue
         flat = [(motion.time >= stance.start + x).argmax() for x in MID_STANCE]
-        level = float(np.median(height[flat[0] : flat[1] + 1])) + RISEN
+        level = float(np.median(height[flat[0] : flat[1] + 1])) + MIN_TOE_RISE
         near = (motion.time >= stance.stop - NEAR_TOE_OFF) & (motion.time <= stop)
         up = np.flatnonzero(near & (height > level))
         risen.append(float(motion.time[up[0]]) if len(up) else np.nan)
@@ -200,9 +199,9 @@ def _event_row(name: str, quantity: str, late: float) -> Row:
 def span(trial: Trial, name: str) -> TrackSettings:
     """Return the tracked interval: at most :data:`MAX_WALK` or :data:`MAX_OTHER`."""
     walked = [e.time for e in walking_events(trial.motion.events)]
-    walks = len(walked) > 2 and name not in START
+    walks = len(walked) > 2 and name not in START_TIMES
     first, last = (float(trial.motion.time[i]) for i in (0, -1))
-    start, stop = (walked[0], walked[-1]) if walks else (START.get(name, first), last)
+    start, stop = (walked[0], walked[-1]) if walks else (START_TIMES.get(name, first), last)
     return TrackSettings(start=start, stop=min(stop, start + (MAX_WALK if walks else MAX_OTHER)))
 
 

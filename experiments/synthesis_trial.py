@@ -20,8 +20,10 @@ from plantigrade.workflows.synthesize import run_of
 
 N_LAST = 4
 """Number of last iterations of a failed stage that are kept."""
-SLOW, N_SAMPLED = 40, 8
-"""Number of iterations from which a sample of them is kept; size of the sample."""
+MAX_KEPT_ITERATIONS = 40
+"""Number of iterations up to which all of them are kept."""
+N_SAMPLED = 8
+"""Number of iterations that are kept of more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +128,7 @@ def iterations_of(stage: Stage) -> list[str]:
     kept = ()
     if stage.status not in ("solved", "acceptable"):
         kept = stage.history[-N_LAST:]
-    elif len(stage.history) > SLOW:
+    elif len(stage.history) > MAX_KEPT_ITERATIONS:
         kept = stage.history[:: len(stage.history) // N_SAMPLED]
     return [
         f"{i.number}: cost {i.objective:.4g}, violation {i.violation:.1e} ({i.worst}), "

@@ -16,17 +16,21 @@ from plantigrade.arrays import Array, Float
 from plantigrade.threads import on_one_thread
 from plantigrade.world import Push
 
-WAYPOINTS, SECONDS = 12, 60.0
-"""Number of waypoints of a tour, and its maximum duration [s]. Chosen."""
-HARDEST, PUNCH = 600.0, 0.08
-"""Maximum force [N] and duration [s] of a punch."""
-EASY = 0.8
+N_WAYPOINTS = 12
+"""Number of waypoints of a tour. Chosen."""
+MAX_DURATION = 60.0
+"""Greatest duration of a tour [s]. Chosen."""
+MAX_PUNCH_FORCE = 600.0
+"""Greatest force of a punch [N]."""
+PUNCH_DURATION = 0.08
+"""Duration of a punch [s]."""
+REQUIRED_SPEED_FACTOR = 0.8
 """Speed that the distance of waypoints requires, relative to that of the gait [1]."""
-REACHED = 1.0
+WAYPOINT_RADIUS = 1.0
 """Distance from a waypoint at which it is reached [m]."""
-TURN = np.deg2rad(30.0)
+MAX_TURN = np.deg2rad(30.0)
 """Maximum turn between legs of a tour, for controllers that follow waypoints [rad]."""
-LATE = (0.1, 0.9)
+PUNCH_TIME_RANGE = (0.1, 0.9)
 """Range of the time of a punch, relative to the duration of a leg [1]."""
 
 
@@ -52,26 +56,28 @@ class TourOutcome:
 
 
 def waypoints(
-    speed: float, rng: np.random.Generator, n: int = WAYPOINTS, *, straight: bool = False
+    speed: float, rng: np.random.Generator, n: int = N_WAYPOINTS, *, straight: bool = False
 ) -> Float[Array, "n 2"]:
     """Return waypoints [m] for a speed [m/s]; the tour starts at the origin along x."""
-    far = EASY * speed * SECONDS / WAYPOINTS
-    turns = rng.uniform(-TURN, TURN, n)
+    far = REQUIRED_SPEED_FACTOR * speed * MAX_DURATION / N_WAYPOINTS
+    turns = rng.uniform(-MAX_TURN, MAX_TURN, n)
     turns[0] = 0.0
     heading = np.zeros(n) if straight else np.cumsum(turns)
     return np.asarray(np.cumsum(far * np.stack([np.cos(heading), np.sin(heading)], 1), axis=0))
 
 
-def punches(names: Sequence[str], rng: np.random.Generator, n: int = WAYPOINTS) -> tuple[Push, ...]:
+def punches(
+    names: Sequence[str], rng: np.random.Generator, n: int = N_WAYPOINTS
+) -> tuple[Push, ...]:
     """Return a punch for every leg, with random body of some, direction, force and time."""
-    every = SECONDS / WAYPOINTS
+    every = MAX_DURATION / N_WAYPOINTS
     return tuple(
         Push(
             body=str(names[int(rng.integers(len(names)))]),
-            force=float(rng.uniform(0.0, HARDEST)),
-            duration=PUNCH,
+            force=float(rng.uniform(0.0, MAX_PUNCH_FORCE)),
+            duration=PUNCH_DURATION,
             direction=float(rng.uniform(0.0, 2 * np.pi)),
-            time=every * (k + float(rng.uniform(*LATE))),
+            time=every * (k + float(rng.uniform(*PUNCH_TIME_RANGE))),
         )
         for k in range(n)
     )
@@ -82,7 +88,7 @@ def tour(
     walker: Walker,
     seed: int = 0,
     *,
-    n: int = WAYPOINTS,
+    n: int = N_WAYPOINTS,
 ) -> TourOutcome:
     """Simulate a tour.
 
@@ -102,10 +108,10 @@ def tour(
     if straight:
         goals = waypoints(walker.speed, rng, n, straight=True)
     world = world_of(walker, controller, disturbances=acting, seed=seed)
-    going, reached, last = WalkTrial(walker, controller, world), 0, n * SECONDS / WAYPOINTS
+    going, reached, last = WalkTrial(walker, controller, world), 0, n * MAX_DURATION / N_WAYPOINTS
     while going.on and reached < n and world.time < last - 1e-9:
         going.step()
-        if np.linalg.norm(going.place - goals[reached]) < REACHED:
+        if np.linalg.norm(going.place - goals[reached]) < WAYPOINT_RADIUS:
             reached += 1
     found = going.walked()
     end = found.end or ("" if reached == n else "too late")
@@ -114,7 +120,7 @@ def tour(
 
 
 @on_one_thread
-def guest_tour(make: Callable[[], Guest], seed: int = 0, *, n: int = WAYPOINTS) -> TourOutcome:
+def guest_tour(make: Callable[[], Guest], seed: int = 0, *, n: int = N_WAYPOINTS) -> TourOutcome:
     """Simulate a straight tour of a guest, along the direction of its undisturbed walk.
 
     Args:
@@ -128,12 +134,15 @@ def guest_tour(make: Callable[[], Guest], seed: int = 0, *, n: int = WAYPOINTS) 
     rng, gait, going = np.random.default_rng(seed), gait_of(make), GuestWalk(make)
     acting = punches(going.bodies(), rng, n)
     goals = np.linalg.norm(waypoints(gait.speed, rng, n, straight=True), axis=1)
-    reached, last = 0, n * SECONDS / WAYPOINTS
+    reached, last = 0, n * MAX_DURATION / N_WAYPOINTS
     half = 0.5 / going.guest.rate
     while going.on and reached < n and going.time < last - half:
         now = [p for p in acting if p.time - half <= going.time < p.time + p.duration - half]
         going.step([(p.body, p.vector) for p in now])
-        if going.on and np.linalg.norm(going.path[-1, :2] - goals[reached] * gait.axis) < REACHED:
+        if (
+            going.on
+            and np.linalg.norm(going.path[-1, :2] - goals[reached] * gait.axis) < WAYPOINT_RADIUS
+        ):
             reached += 1
     end = going.end or ("" if reached == n else "too late")
     came = tuple((p.body, p.force, p.direction, p.time) for p in acting if p.time < going.time)

@@ -30,15 +30,17 @@ from plantigrade.workflows.settings import VaultSettings
 from plantigrade.workflows.vault import RECORDING_STEP, figures_of, recorded, the_vault
 
 MODELS = {"six segments": False, "five segments": True}
-STARTS, FEW = 10, 2
-EVALUATIONS, QUICK = 4000, 800
+N_STARTS = 10  # of the search
+N_QUICK_STARTS = 2  # in the short form
+N_EVALUATIONS = 4000  # from each start
+N_QUICK_EVALUATIONS = 800  # in the short form
 RESULTS = "results.json"
-REPORTED = {"elbow_touchdown_rad": 2.98, "elbow_take_off_rad": 3.14}
-DIFFERENCE = 4.10
+REPORTED_ANGLES = {"elbow_touchdown_rad": 2.98, "elbow_take_off_rad": 3.14}
+REPORTED_DIFFERENCE = 4.10
 """Averaged angular difference between the report's model and the gymnast it was made for [%]."""
-CONTACT = (0.1, 0.25)
+CONTACT_TIME_RANGE = (0.1, 0.25)
 """Of handspring vaults [s]."""
-SHOWN = {
+PRINTED_UNITS = {
     "contact_time_s": "s",
     "take_off_forward_m_s": "m/s",
     "trunk_take_off_deg": "deg",
@@ -64,7 +66,9 @@ def run(
         overwrite: Whether to discard the results in the folder.
         say: Called with a line about each search.
     """
-    starts, evaluations = (FEW, QUICK) if quick else (STARTS, EVALUATIONS)
+    starts, evaluations = (
+        (N_QUICK_STARTS, N_QUICK_EVALUATIONS) if quick else (N_STARTS, N_EVALUATIONS)
+    )
     path = None if out is None else out / RESULTS
     cached = CachedResults(path, say, overwrite=overwrite)
     rows: list[Row] = []
@@ -88,28 +92,28 @@ def run(
         vaulted = recorded(vault, winner)
         best[model] = vault, vaulted
         figures = figures_of(vaulted)
-        low, high = CONTACT
+        low, high = CONTACT_TIME_RANGE
         time = figures["contact_time_s"]
         rows.append(between(model, "time of contact", time, low, high, "s"))
         rows.append(at_most(model, "error of energy", vaulted.energy_error, 1e-6))
         rows.append(
             at_most(model, "change in half the step", _halved(vaulted, winner), 1e-5, "m/s")
         )
-        for key, unit in SHOWN.items():
+        for key, unit in PRINTED_UNITS.items():
             if key != "contact_time_s":
-                goal = f"report {REPORTED[key]}" if key in REPORTED else ""
+                goal = f"report {REPORTED_ANGLES[key]}" if key in REPORTED_ANGLES else ""
                 words = key.removesuffix("_" + unit.replace("/", "_").lower()).replace("_", " ")
                 rows.append(Row(model, words, figures[key], unit, goal))
     difference = angular_difference(*(v for _, v in best.values()))
     rows.append(
         Row("five against six segments", "angular difference", difference, "%",
-            note=f"the report's {DIFFERENCE} % is of its model against a gymnast")
+            note=f"the report's {REPORTED_DIFFERENCE} % is of its model against a gymnast")
     )  # fmt: skip
     rows.append(
         at_most(
             "a search from ten starts, both optimisers",
             "processor time",
-            seconds * STARTS / starts,
+            seconds * N_STARTS / starts,
             120,
             "s",
         )
@@ -119,7 +123,8 @@ def run(
         sheets.append(_sensitivity_sheet(cached, best["six segments"][0], rows))
     notes = [
         f"The angles of the two models differ by {difference:.1f} % on average; the report's "
-        f"{DIFFERENCE:.2f} % is of its model against a gymnast whose vault is not published.",
+        f"{REPORTED_DIFFERENCE:.2f} % is of its model against a gymnast whose vault is not "
+        "published.",
         "Seconds are of one processor, of all starts together; starts run side by side.",
         "The report gives no velocity, no strength, no stiffness and no approach: only what is "
         "marked as its own can be compared.",
@@ -158,7 +163,7 @@ def _halved(vaulted: VaultResult, found: SearchResult) -> float:
 def _sensitivity_sheet(cached: CachedResults, vault: Vault, rows: list[Row]) -> str:
     """Return what of the approach matters, and add it to the rows."""
     prefix = "six segments, "
-    names = [k for k in cached.results if k.startswith(prefix) and f"{EVALUATIONS} vaults" in k]
+    names = [k for k in cached.results if k.startswith(prefix) and f"{N_EVALUATIONS} vaults" in k]
     best: dict[str, Any] = max((cached.results[k] for k in names), key=lambda r: r["rise"])
     nodes = np.array(best["nodes"], dtype=float).reshape(N_NODES, len(JOINT_NAMES))
     found = SearchResult(best["optimiser"], best["seed"], nodes, best["rise"], 0, 0, 0.0)

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from experiments.fit_accuracy import SETTLED, WALKS
+from experiments.fit_accuracy import SETTLING_PEOPLE, WALKS
 from experiments.table import ResultTable, Row, at_most, between, mean_rows, over_trials, sheets_of
 from experiments.video_recording import Video, as_video
 from plantigrade.analyze.gait_forces import compare_forces
@@ -31,14 +31,16 @@ CONDITIONS = {
     "15 mm, no feet": Video(noise=0.015, keypoints="COCO"),
 }
 """What the cameras do; the noise is the RMS distance of a keypoint from its place."""
-QUICK = ("c3d/HC032A03.c3d",)
+QUICK_TRIALS = ("c3d/HC032A03.c3d",)
 QUICK_CONDITIONS = ("15 mm, 60 Hz",)
 ANGLES = {"hip_flexion": "hip flexion", "knee_angle": "knee", "ankle_angle": "ankle"}
 MAX_ANGLE = 5.0  # [deg] goal of the RMS error of sagittal angles
 MAX_FORCE = 9.0  # [% of body weight] goal of the mean absolute error of the vertical force
-COVERED = (85.0, 95.0)  # [%] goal of what is in the 90 % band
-CURVE, RMS = ", without its mean error", ", RMS error"
-FORCE, BAND = "vertical force, mean absolute error", "vertical force in the 90 % band"
+BAND_COVERAGE_RANGE = (85.0, 95.0)  # [%] goal of what is in the 90 % band
+CURVE_SUFFIX = ", without its mean error"
+RMS_SUFFIX = ", RMS error"
+FORCE_FIGURE = "vertical force, mean absolute error"
+BAND_FIGURE = "vertical force in the 90 % band"
 NOTES = (
     "Angles: RMS difference from the fit to the markers, mean of both sides. Forces: frames of "
     "stance on a plate (above a twentieth of body weight).",
@@ -46,7 +48,7 @@ NOTES = (
     "from frame to frame, and 3 % of the samples missing in gaps of 0.15 s.",
     "Hip keypoints do not show the tilt of the pelvis, in which people (and marker sets) differ by "
     "a standard deviation of 7 to 8 degrees: hip flexion has a constant error of that size.",
-    f"Settled half: {', '.join(SETTLED[:-1])}; constants were settled there.",
+    f"Settled half: {', '.join(SETTLING_PEOPLE[:-1])}; constants were settled there.",
 )
 
 
@@ -60,8 +62,8 @@ def run(
         return list(trial_rows(path, name, conditions))
 
     title = "Keypoints of video against markers and force plates"
-    table = over_trials(title, data, QUICK if quick else WALKS, rows, say=say, notes=NOTES)
-    settled = [row for row in table.rows if any(who in row.subject for who in SETTLED)]
+    table = over_trials(title, data, QUICK_TRIALS if quick else WALKS, rows, say=say, notes=NOTES)
+    settled = [row for row in table.rows if any(who in row.subject for who in SETTLING_PEOPLE)]
     rest = [row for row in table.rows if row not in settled]
     means = [*_means("mean, settled half", settled), *_means("mean, other half", rest)]
     sheets = sheets_of("All recordings", table.rows) + sheets_of("Means", means)
@@ -80,7 +82,7 @@ def trial_rows(path: Path, name: str, conditions: tuple[str, ...]) -> Iterator[R
         try:
             seen = analyse(fit_markers(as_video(clean.fit, CONDITIONS[words]), person), mass=mass)
         except PlantigradeError as error:
-            yield Row(name, f"{words}: {FORCE}", None, note=str(error))
+            yield Row(name, f"{words}: {FORCE_FIGURE}", None, note=str(error))
             continue
         for quantity, value, unit in (*angle_errors(seen, clean), *force_errors(seen, true)):
             yield Row(name, f"{words}: {quantity}", value, unit)
@@ -99,14 +101,14 @@ def angle_errors(seen: Trial, clean: Trial) -> Iterator[tuple[str, float, str]]:
             )
             errors.append(float(np.sqrt(np.mean(off**2))))
             curves.append(float(np.std(off)))
-        yield words + RMS, float(np.mean(errors)), "deg"
-        yield words + RMS + CURVE, float(np.mean(curves)), "deg"
+        yield words + RMS_SUFFIX, float(np.mean(errors)), "deg"
+        yield words + RMS_SUFFIX + CURVE_SUFFIX, float(np.mean(curves)), "deg"
 
 
 def force_errors(seen: Trial, true: Trial) -> Iterator[tuple[str, float | None, str]]:
     """Yield error and coverage of the vertical force: quantity, value, unit."""
     if seen.ground is None or true.measured is None:
-        yield FORCE, None, "% of body weight"
+        yield FORCE_FIGURE, None, "% of body weight"
         return
     belt = moving_ground(true.motion.time, true.feet.heel, true.feet.toe)
     found = compare_forces(seen.record(), true.measured, belt=belt)
@@ -114,8 +116,8 @@ def force_errors(seen: Trial, true: Trial) -> Iterator[tuple[str, float | None, 
         float(np.mean(np.abs(foot.simulated - foot.measured)[foot.stance, 2]))
         for foot in found.feet
     ]
-    yield FORCE, 100.0 * float(np.mean(off)), "% of body weight"
-    yield BAND, 100.0 * found.covered["vertical_force"], "%"
+    yield FORCE_FIGURE, 100.0 * float(np.mean(off)), "% of body weight"
+    yield BAND_FIGURE, 100.0 * found.covered["vertical_force"], "%"
 
 
 def _means(half: str, rows: list[Row]) -> list[Row]:
@@ -125,11 +127,11 @@ def _means(half: str, rows: list[Row]) -> list[Row]:
         if row.value is None:
             continue
         quantity = row.quantity.partition(": ")[2]
-        if quantity.endswith(RMS):
+        if quantity.endswith(RMS_SUFFIX):
             row = at_most(half, row.quantity, row.value, MAX_ANGLE, row.unit, row.note)
-        elif quantity == FORCE:
+        elif quantity == FORCE_FIGURE:
             row = at_most(half, row.quantity, row.value, MAX_FORCE, row.unit, row.note)
-        elif quantity == BAND:
-            row = between(half, row.quantity, row.value, *COVERED, unit=row.unit)
+        elif quantity == BAND_FIGURE:
+            row = between(half, row.quantity, row.value, *BAND_COVERAGE_RANGE, unit=row.unit)
         found.append(row)
     return found

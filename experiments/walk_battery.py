@@ -38,24 +38,40 @@ from plantigrade.record import Record
 from plantigrade.world import Controller
 from plantigrade.world.grounds import ground_named
 
-FLAT, LONG, HILL, UNEVEN, OTHER, LOOPED = 60.0, 600.0, 20.0, 14.0, 12.0, 30.0
-"""Duration of walks: level, long, on slopes, on tiles and steps, other bodies, looped [s]."""
-SHORT, QUICK_DURATIONS = 6.0, {"slopes": 9.0, "squares": 8.0}
-"""Duration of walks in the short form [s]; of parts that take another one."""
-FAR = 1e4
+FLAT_DURATION = 60.0
+"""Duration of a walk on level ground [s]."""
+LONG_DURATION = 600.0
+"""Duration of the long walk [s]."""
+SLOPE_DURATION = 20.0
+"""Duration of a walk on a slope [s]."""
+UNEVEN_DURATION = 14.0
+"""Duration of a walk on tiles or over a step [s]."""
+BODY_DURATION = 12.0
+"""Duration of a walk of another body [s]."""
+LOOP_DURATION = 30.0
+"""Duration of a repeated recording [s]."""
+QUICK_DURATION = 6.0
+"""Duration of walks in the short form [s]."""
+QUICK_DURATIONS = {"slopes": 9.0, "squares": 8.0}
+"""The same of parts that need longer [s]."""
+TARGET_DISTANCE = 1e4
 """Distance of the target point of walks on level ground [m]."""
-LEVEL = 4.0
+LEVEL_LENGTH = 4.0
 """Length of the level ground before a slope or a step [m]."""
 SLOPES = (-15, -10, -5, 5, 10, 15)
-TILES, SEEDS, FEW = (1, 2, 3, 5, 8), 10, 3
-STEP = 10
-LEGS, SMALL = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0), (1.60, 65.0)
-"""Times a leg is as long, and whose it is [m, kg]: with twice its legs it is a person still."""
+TILE_HEIGHTS = (1, 2, 3, 5, 8)  # [cm]
+N_SEEDS = 10  # fields of tiles of each height
+N_FEW_SEEDS = 3  # in the usual form
+STEP_HEIGHT = 10  # [cm] of the single step, up and down
+LEG_FACTORS = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
+"""Lengths of the legs, relative to the person's [1]."""
+LEG_PERSON = (1.60, 65.0)
+"""Stature and mass of that person [m, kg]: with legs twice as long it still is one."""
 BODIES = (
     (1.45, 45.0), (1.45, 70.0), (1.60, 55.0), (1.75, 75.0), (1.75, 110.0), (1.95, 75.0),
     (1.95, 110.0),
 )  # fmt: skip
-MORE = (
+OTHER_WALKS = (
     "cmu_asfamc/03_01.amc",
     "cmu_asfamc/131_01.amc",
     "cmu_asfamc/131_12.amc",
@@ -68,11 +84,16 @@ MORE = (
 )
 """Walks beside those of the experiments on reproduced gait: uneven ground, from standing, turning,
 of other formats."""
-RECORDINGS = (*(name for names in PEOPLE.values() for name in names), *MORE)
-QUICK = ("cmu_asfamc/49_01.amc",)
+RECORDINGS = (*(name for names in PEOPLE.values() for name in names), *OTHER_WALKS)
+QUICK_WALKS = ("cmu_asfamc/49_01.amc",)
 MIN_SPEED = 0.1
 """Lowest speed of a walk; slower recordings stand [m/s]."""
-KEEP, SLOWEST, RMS, DRIFT, SHARE = 0.95, 0.6, 4.0, 0.2, 90.0  # goals: speeds, [deg], [m], [%]
+# Goals
+MIN_SPEED_SHARE = 0.95  # [1] of the recorded speed
+MIN_SLOPE_SPEED_SHARE = 0.6  # [1] of the speed on level ground
+MAX_JOINT_RMS = 4.0  # [deg]
+MAX_DRIFT = 0.2  # [m] aside in a minute
+MIN_WALKED_SHARE = 90.0  # [%]
 STUDY = {
     "flat": "60 s, 0.99 m/s of 1.06, RMS 3.5 to 4.1°, 0.25 m aside",
     "slope -15": "1.28 m/s, RMS 8.9°",
@@ -91,7 +112,12 @@ STUDY = {
     "legs x1.5": "1.19 m/s, RMS 5°",
     "legs x2": "walks with another setting",
 }
-PAPER = {"slope -15": "walks", "slope +15": "walks", "legs x0.5": "walks", "legs x2": "walks"}
+PAPER_RESULTS = {
+    "slope -15": "walks",
+    "slope +15": "walks",
+    "legs x0.5": "walks",
+    "legs x2": "walks",
+}
 NOTES = (
     "",
     "One setting of each controller for everything. The walk is that of CMU 16_15, brought over to "
@@ -117,7 +143,7 @@ def _led(one: Walker, record: Record) -> Controller:
     made = one.controller()
     far = one.way / max(float(np.linalg.norm(one.way)), 1e-9)
     if period_of(record)[0] is not None:
-        made.follow(FAR * far[None])
+        made.follow(TARGET_DISTANCE * far[None])
     return made
 
 
@@ -125,7 +151,7 @@ def hill(controller: str, data: Path | None, degrees: float, seconds: float) -> 
     """Return a walk onto a slope."""
     one = walking(controller, data)
     found = walk(one, ground=ground_named(f"ramp:{degrees}"), duration=seconds)
-    on = np.flatnonzero(found.com[:, 0] > LEVEL)
+    on = np.flatnonzero(found.com[:, 0] > LEVEL_LENGTH)
     since = float(found.time[on[0]]) + 2.0 if len(on) else np.inf
     return {**figures(found, since), "level": one.speed, "reached": bool(len(on))}
 
@@ -138,13 +164,13 @@ def uneven(controller: str, data: Path | None, cm: float, seed: int, seconds: fl
 
 def kerb(controller: str, data: Path | None, cm: float, seconds: float) -> Result:
     """Return a walk over a step."""
-    ground = Ground(steps=(GroundStep(LEVEL, 0.01 * cm),))
+    ground = Ground(steps=(GroundStep(LEVEL_LENGTH, 0.01 * cm),))
     return figures(walk(walking(controller, data), ground=ground, duration=seconds), since=2.0)
 
 
 def legs(controller: str, data: Path | None, times: float, seconds: float) -> Result:
     """Return a walk on other legs."""
-    record = transferred(own_walk(data), scaled_legs(person(*SMALL), times))
+    record = transferred(own_walk(data), scaled_legs(person(*LEG_PERSON), times))
     return figures(walk(walks_as(controller, record), duration=seconds), since=2.0)
 
 
@@ -186,28 +212,44 @@ def walks(data: Path | None, quick: bool) -> Walks:
     def tiles(n: int) -> dict[str, tuple[Any, ...]]:
         seeds = range(1, 2 if quick else n + 1)
         return {
-            f"tiles {cm} cm/{seed}": (float(cm), seed) for cm in some(TILES, (3,)) for seed in seeds
+            f"tiles {cm} cm/{seed}": (float(cm), seed)
+            for cm in some(TILE_HEIGHTS, (3,))
+            for seed in seeds
         }
 
-    there = [] if data is None else [n for n in some(RECORDINGS, QUICK) if (data / n).exists()]
+    there = (
+        [] if data is None else [n for n in some(RECORDINGS, QUICK_WALKS) if (data / n).exists()]
+    )
     led = [] if data is None else [n for n in some(RECORDINGS) if (data / n).exists()]
     return {
-        "flat": (flat, FLAT, {"flat": ()}),
-        "long": (flat, LONG, {"long": ()}),
-        "slopes": (hill, HILL, {f"slope {d:+d}": (float(d),) for d in some(SLOPES, (-10, 10))}),
-        "tiles": (uneven, UNEVEN, tiles(FEW)),
-        "all tiles": (uneven, UNEVEN, tiles(SEEDS)),
-        "steps": (kerb, UNEVEN, {f"step {cm:+d} cm": (float(cm),) for cm in some((STEP, -STEP))}),
-        "legs": (legs, OTHER, {f"legs x{x:g}": (x,) for x in some(LEGS, (0.75,))}),
-        "bodies": (body, OTHER, {f"body {h:g} m {m:g} kg": (h, m) for h, m in some(BODIES)}),
-        "recordings": (recording, LOOPED, {f"recording {name}": (name,) for name in there}),
+        "flat": (flat, FLAT_DURATION, {"flat": ()}),
+        "long": (flat, LONG_DURATION, {"long": ()}),
+        "slopes": (
+            hill,
+            SLOPE_DURATION,
+            {f"slope {d:+d}": (float(d),) for d in some(SLOPES, (-10, 10))},
+        ),
+        "tiles": (uneven, UNEVEN_DURATION, tiles(N_FEW_SEEDS)),
+        "all tiles": (uneven, UNEVEN_DURATION, tiles(N_SEEDS)),
+        "steps": (
+            kerb,
+            UNEVEN_DURATION,
+            {f"step {cm:+d} cm": (float(cm),) for cm in some((STEP_HEIGHT, -STEP_HEIGHT))},
+        ),
+        "legs": (legs, BODY_DURATION, {f"legs x{x:g}": (x,) for x in some(LEG_FACTORS, (0.75,))}),
+        "bodies": (
+            body,
+            BODY_DURATION,
+            {f"body {h:g} m {m:g} kg": (h, m) for h, m in some(BODIES)},
+        ),
+        "recordings": (recording, LOOP_DURATION, {f"recording {name}": (name,) for name in there}),
         "squares": (
             squares.square,
             squares.DURATION,
             {
                 f"{squares.PREFIX} {side} {name}": (name, side)
                 for name in led
-                for side in squares.SIDES
+                for side in squares.TURN_SIGNS
             },
         ),
     }
@@ -218,7 +260,7 @@ def parts_for(controllers: Sequence[str], data: Path | None) -> dict[str, Part]:
 
     def cases(part: str, quick: bool) -> Cases:
         work, duration, every = walks(data, quick)[part]
-        duration = QUICK_DURATIONS.get(part, SHORT) if quick else duration
+        duration = QUICK_DURATIONS.get(part, QUICK_DURATION) if quick else duration
         return {
             f"{controller}/{label}/{duration:g} s": partial(work, controller, data, *more, duration)
             for controller in controllers
@@ -274,7 +316,12 @@ def grids(cached: CachedResults) -> Iterator[Grid]:
     cells = _walked(_cells(cached))
     names = sorted({name for row in cells.values() for name in row})
     lines = [
-        [k, *(_cell(row.get(name, [])) for name in names), STUDY.get(k, ""), PAPER.get(k, "")]
+        [
+            k,
+            *(_cell(row.get(name, [])) for name in names),
+            STUDY.get(k, ""),
+            PAPER_RESULTS.get(k, ""),
+        ]
         for k, row in cells.items()
     ]
     yield Grid("Walks", ("", *names, "study", "paper"), lines)
@@ -300,17 +347,24 @@ def rows(cached: CachedResults) -> Iterator[Row]:
                     yield equal(name, f"{what}, falls", int(not r["survived"]), 0)
                     share = r["speed"] / r["asked"]
                     level = r["speed"] if what == "flat" else level
-                    yield at_least(name, f"{what}, speed by the recorded", share, KEEP)
+                    yield at_least(name, f"{what}, speed by the recorded", share, MIN_SPEED_SHARE)
                     if r["rms_deg"] is not None:
-                        yield at_most(name, f"{what}, joints", r["rms_deg"], RMS, "deg")
-                    if r["seconds"] >= LOOPED:
+                        yield at_most(name, f"{what}, joints", r["rms_deg"], MAX_JOINT_RMS, "deg")
+                    if r["seconds"] >= LOOP_DURATION:
                         drift = 60.0 * abs(r["aside"]) / r["seconds"]
-                        yield at_most(name, f"{what}, drift aside in a minute", drift, DRIFT, "m")
+                        yield at_most(
+                            name, f"{what}, drift aside in a minute", drift, MAX_DRIFT, "m"
+                        )
             elif what.startswith("slope"):
                 for r in found:
                     fine = r["survived"] and r["reached"]
                     share = r["speed"] / (level or r["level"]) if fine else 0.0
-                    yield at_least(name, f"{what} deg, speed by that on the level", share, SLOWEST)
+                    yield at_least(
+                        name,
+                        f"{what} deg, speed by that on the level",
+                        share,
+                        MIN_SLOPE_SPEED_SHARE,
+                    )
             elif what.startswith("tiles"):
                 share = 100.0 * sum(r["survived"] for r in found) / every
                 goal = {"tiles 3 cm": 100.0, "tiles 5 cm": 90.0}.get(what)
@@ -323,7 +377,9 @@ def rows(cached: CachedResults) -> Iterator[Row]:
             ways = [found for found in ways if not (found and "left_out" in found[0])]
             if ways:
                 walked = sum(bool(found and found[0]["survived"]) for found in ways)
-                yield at_least(name, f"{kind}s walked", 100.0 * walked / len(ways), SHARE, "%")
+                yield at_least(
+                    name, f"{kind}s walked", 100.0 * walked / len(ways), MIN_WALKED_SHARE, "%"
+                )
 
 
 def experiment(controllers: Sequence[str], data: Path | None) -> Specification:

@@ -23,7 +23,7 @@ JOINTS = {"ankle": "ankle_angle", "knee": "knee_angle", "hip": "hip_flexion"}
 """Joint → its coordinate."""
 PEAKS = ("first_peak", "trough", "second_peak")
 """Extremes of the vertical force of a foot in stance."""
-SUBTRACTED = (
+DIFFERENCE_MEASURES = (
     *("knee_at_strike", "least_knee", "com_height", "trunk", "head"),
     *("double_support", "step_width"),
 )
@@ -113,7 +113,7 @@ def differences(own: Mapping, recorded: Mapping) -> dict[str, float]:
     found: dict[str, float] = {}
     for name in (*PEAKS, "com_excursion"):
         found[f"{name}_ratio"] = own[name] / recorded[name]
-    for name in SUBTRACTED:
+    for name in DIFFERENCE_MEASURES:
         found[name] = own[name] - recorded[name]
     found["raw_peak"] = own["raw_peak"]
     force, knee = norm("vertical_grf"), norm(JOINTS["knee"], population=ADULTS)

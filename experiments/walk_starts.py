@@ -15,7 +15,7 @@ from experiments.cached_results import CachedResults, Cases, Result
 from experiments.gait_walks import PEOPLE
 from experiments.specification import Specification
 from experiments.table import Grid, Row, at_least
-from experiments.walk_battery import MORE
+from experiments.walk_battery import OTHER_WALKS
 from experiments.walk_trial import walk
 from experiments.walkers import walks_as
 from experiments.walking import CONTROLLERS, figures, recorded, runs
@@ -26,20 +26,25 @@ from plantigrade.motion.cycles import cut_cycles
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import quaternion_to_pelvis_angles
 
-DURATION, SHORT = 30.0, 5.0
-"""Duration of a walk, and of one in the short form [s]."""
+DURATION = 30.0
+"""Duration of a walk [s]."""
+QUICK_DURATION = 5.0
+"""Duration of a walk in the short form [s]."""
 MIN_SPEED = 0.3
 """Least speed of a stride: slower ones shift weight or turn on the spot, and lead nowhere [m/s].
 Chosen."""
 FORWARD = 45.0
 """Greatest angle between the way of a stride and the heading of the pelvis for one that leads
 forward [deg]: half way to sideways."""
-SHARE = 95.0
+MIN_LASTING_SHARE = 95.0
 """Goal: share of strides whose walk lasts [%]."""
-PARTS = {"people": tuple(name for names in PEOPLE.values() for name in names), "others": MORE}
+PARTS = {
+    "people": tuple(name for names in PEOPLE.values() for name in names),
+    "others": OTHER_WALKS,
+}
 """Part → its recordings: walks of the experiments on gait, straight and turning; uneven ground,
 starts from standing, turns, and walks in all directions, in other formats."""
-QUICK = {"people": ("cmu_asfamc/07_01.amc",), "others": ()}
+QUICK_WALKS = {"people": ("cmu_asfamc/07_01.amc",), "others": ()}
 NOTES = (
     "",
     f"Every gait cycle of a recording, of both feet, is closed and repeated for {DURATION:g} s on "
@@ -100,9 +105,9 @@ def _way_by_pelvis(walk: Record) -> float:
 def _cases(part: str, controllers: Sequence[str], data: Path | None, quick: bool) -> Cases:
     if data is None:
         return {}
-    names = [n for n in (QUICK if quick else PARTS)[part] if (data / n).exists()]
+    names = [n for n in (QUICK_WALKS if quick else PARTS)[part] if (data / n).exists()]
     numbers = {n: 1 if quick else len(cut_cycles(recorded(data / n).motion.events)) for n in names}
-    seconds = SHORT if quick else DURATION
+    seconds = QUICK_DURATION if quick else DURATION
     return {
         f"{part}/{controller}/{name}/{k}/{seconds:g} s": partial(
             start, controller, data, name, k, seconds
@@ -144,7 +149,7 @@ def rows(cached: CachedResults) -> Iterator[Row]:
         yield Row(subject, "strides", float(len(every)))
         yield Row(subject, "left out", float(len(every) - len(walked)))
         if walked:
-            yield at_least(subject, "lasted", _lasted(walked), SHARE, "%")
+            yield at_least(subject, "lasted", _lasted(walked), MIN_LASTING_SHARE, "%")
         if forward := [r for r in walked if r["forward"]]:
             yield Row(subject, "lasted, forward", _lasted(forward), "%")
 

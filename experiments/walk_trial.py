@@ -48,9 +48,9 @@ from plantigrade.world.disturbance import (
 
 # Read-only mappings of settings are copied with their walker, which Python cannot do by itself.
 copyreg.pickle(MappingProxyType, lambda fixed: (MappingProxyType, (dict(fixed),)))
-WATCH = 6.0
+WATCH_TIME = 6.0
 """Duration of a trial after the last disturbance has ended [s]. Chosen."""
-WAIT = 12.0
+MAX_WAIT_TIME = 12.0
 """Time within which the phase of a push must occur [s]; otherwise there is no gait. Chosen."""
 NO_GAIT = "no gait: the phase of the push never occurred"
 
@@ -111,7 +111,7 @@ def walk(
     *,
     ground: Ground | None = None,
     duration: float | None = None,
-    watch: float = WATCH,
+    watch: float = WATCH_TIME,
     seed: int = 0,
     noise: float = 0.0,
 ) -> WalkOutcome:
@@ -136,7 +136,7 @@ def walk(
     while going.on:
         pushed = _acted(world, disturbances)
         if duration is None:
-            last = WAIT if pushed is None else pushed[1] + watch
+            last = MAX_WAIT_TIME if pushed is None else pushed[1] + watch
         if world.time >= last - 0.5 / world.rate:
             break
         going.step()
@@ -272,7 +272,7 @@ class PushedWalk:
         going, timer = WalkTrial(self.walker, controller, world), StrikeTimer()
         push = PhasePush(force=0.0, duration=1.0, side="r", phase=self.phase)
         mine = np.array([site.side == "r" for site in world.sites])
-        while going.on and world.time < WAIT:
+        while going.on and world.time < MAX_WAIT_TIME:
             if timer.push_time is not None and world.time >= timer.push_time - 1e-9:
                 self.begin = world.time
                 return going
@@ -285,7 +285,7 @@ class PushedWalk:
 
     @on_one_thread
     def __call__(
-        self, force: float, direction: float, duration: float, watch: float = WATCH
+        self, force: float, direction: float, duration: float, watch: float = WATCH_TIME
     ) -> WalkOutcome:
         """Return the outcome of a push at the trunk.
 

@@ -23,8 +23,10 @@ from plantigrade.workflows.settings import FitSettings
 
 RECORDING = "cmu_asfamc/16_15.amc"
 """A straight walk of 1.1 m/s without gaps."""
-HEIGHT, MASS = 1.75, 81.4
-"""Stature and mass of the person [m, kg]; the paper states the mass alone."""
+HEIGHT = 1.75
+"""Stature of the person [m]; the paper does not state it."""
+MASS = 81.4
+"""Mass of the person [kg], that of the paper."""
 SPEED = 1.1
 """Speed of the walk that is synthesised without recordings [m/s]."""
 CONTROLLERS = ("pendulum",)

@@ -230,7 +230,7 @@ def test_roughness_tells_noise_from_movement():
     t = np.arange(200) / 100
     smooth = np.sin(2 * np.pi * t)
     noise = np.random.default_rng(0).normal(size=200)
-    assert roughness(smooth) < 0.02 < fit_accuracy.ROUGH < roughness(noise)
+    assert roughness(smooth) < 0.02 < fit_accuracy.MAX_MOMENT_ROUGHNESS < roughness(noise)
     # of white noise the second difference has sqrt(6) times its spread
     assert roughness(np.random.default_rng(1).normal(size=20000)) == pytest.approx(6**0.5, rel=0.03)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from experiments.gait_shape import COMPARED, LEG, gait_shape, humps_of
+from experiments.gait_shape import COMPARED_ANGLES, LEG, gait_shape, humps_of
 from plantigrade.analyze import GaitCurves, agreement_with_norm, norms
 from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import PERCENT, Cycle
@@ -18,7 +18,7 @@ def normal_curves(speed_class="free", offset=0.0, **changes):
         band = norms.norm(name, speed_class)
         return np.interp(PERCENT, band.percent, band.mean)[None] + more
 
-    angles = {n if n.startswith("pelvis") else f"{n}_r": curve(n, offset) for n in COMPARED}
+    angles = {n if n.startswith("pelvis") else f"{n}_r": curve(n, offset) for n in COMPARED_ANGLES}
     forces = {"up_r": curve("vertical_grf"), "forward_r": curve("anterior_grf")}
     powers = {"ankle_angle_r": curve("ankle_power")}
     tables = {"angles": angles, "moments": {}, "powers": powers, "forces": forces}
@@ -27,7 +27,7 @@ def normal_curves(speed_class="free", offset=0.0, **changes):
 
 def test_norms_agree_with_themselves():
     shape = gait_shape(normal_curves())
-    assert set(shape.agreement) == set(COMPARED)
+    assert set(shape.agreement) == set(COMPARED_ANGLES)
     assert shape.rmse == pytest.approx(0.0, abs=1e-9)
     assert all(a.correlation == pytest.approx(1.0) for a in shape.agreement.values())
 

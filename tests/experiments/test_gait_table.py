@@ -16,7 +16,7 @@ from experiments.gait_table import (
 )
 from experiments.gait_walks import (
     PEOPLE,
-    SETTLED,
+    SETTLING_PEOPLE,
     Walk,
     Walks,
     first_walks,
@@ -46,7 +46,7 @@ def test_enough_walks_of_enough_people():
 
 
 def test_half_of_the_people_had_no_say():
-    assert set(SETTLED) < set(PEOPLE) and 2 * len(SETTLED) == len(PEOPLE)
+    assert set(SETTLING_PEOPLE) < set(PEOPLE) and 2 * len(SETTLING_PEOPLE) == len(PEOPLE)
 
 
 def test_the_walks_are_there(data):
@@ -209,7 +209,7 @@ def test_the_table_is_complete(quick, data):
 
 @pytest.mark.slow
 def test_ablations_have_a_line_each(quick, data):
-    assert set(gait_ablations.WHAT) == set(TASKS)
+    assert set(gait_ablations.VARIANTS) == set(TASKS)
     table = gait_ablations.run(data)
     lines = table.sheets[0].splitlines()
     for name in TASKS:

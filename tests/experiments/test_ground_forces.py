@@ -6,8 +6,14 @@ import pytest
 
 from experiments import ground_forces
 from experiments.given_ground import GROUNDS, on_ground
-from experiments.ground_forces import BESIDE, GIVEN, NOISY, QUICK, with_noise
-from experiments.recording_ends import COVERED, ERROR, PHASES, cuts, part
+from experiments.ground_forces import (
+    GIVEN_GROUND_PREFIX,
+    NOISY_PREFIX,
+    ONE_PLATE_PREFIX,
+    QUICK_TRIALS,
+    with_noise,
+)
+from experiments.recording_ends import COVERAGE_PREFIX, ERROR_PREFIX, PHASES, cuts, part
 from experiments.table import Row
 from plantigrade.analyze.gait_forces import STANCE_LOAD
 from plantigrade.models import Human
@@ -35,22 +41,25 @@ def test_means_are_of_halves_of_the_people_and_judged(monkeypatch, tmp_path):
     """Settled recordings of r .99, others of r .95: goals of the mean are met, and missed."""
 
     def rows(path, name):
-        r = 0.99 if any(part in name for part in ground_forces.SETTLED) else 0.95
-        return [Row(name, prefix + "vertical force, r", r) for prefix in ("", NOISY, BESIDE)]
+        r = 0.99 if any(part in name for part in ground_forces.SETTLING_PEOPLE) else 0.95
+        return [
+            Row(name, prefix + "vertical force, r", r)
+            for prefix in ("", NOISY_PREFIX, ONE_PLATE_PREFIX)
+        ]
 
     names = (*ground_forces.WALKS, *ground_forces.MOVEMENTS)
     for name in names:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).touch()
     monkeypatch.setattr(ground_forces, "trial_rows", rows)
-    walked = [Row("slope 8° up", GIVEN + "vertical force, r", 0.987)]
+    walked = [Row("slope 8° up", GIVEN_GROUND_PREFIX + "vertical force, r", 0.987)]
     monkeypatch.setattr(ground_forces, "given_rows", lambda say: walked)
     monkeypatch.setattr(ground_forces, "walks", lambda data: {})
     table = ground_forces.run(tmp_path)
     means = {(r.subject, r.quantity): r for r in table.rows if r.goal}
     assert len(means) == 8
     settled = means["settled half", "vertical force, r"]
-    other = means["other half", NOISY + "vertical force, r"]
+    other = means["other half", NOISY_PREFIX + "vertical force, r"]
     assert settled.value == pytest.approx(0.99) and settled.met
     assert other.value == pytest.approx(0.95) and other.met is False
     assert "of generated walks" in table.text() and "0.987" in table.text()
@@ -84,14 +93,14 @@ def test_the_pressure_under_a_runner_rolls_like_that_of_a_walker(data):
 
 @pytest.mark.slow
 def test_a_walk_over_plates_without_them(data):
-    name = min(QUICK, key=lambda name: (data / name).stat().st_size)
+    name = min(QUICK_TRIALS, key=lambda name: (data / name).stat().st_size)
     rows = {row.quantity: row.value for row in ground_forces.trial_rows(data / name, name)}
     assert rows["vertical force, r"] > 0.97 and rows["forward force, nRMSE"] < 8.0
     assert rows["centre of pressure x, median error"] < 20.0 and rows["knee moment, r"] > 0.9
     assert rows["vertical force in the 90 % band"] > 75.0
-    assert rows[BESIDE + "vertical force, RMSE"] < 0.04
-    assert rows[ERROR + PHASES[2]] < 0.13 and rows[COVERED + PHASES[2]] > 85.0
-    assert rows[NOISY + "noise of the motion"] > 2.0 > rows["noise of the motion"]
+    assert rows[ONE_PLATE_PREFIX + "vertical force, RMSE"] < 0.04
+    assert rows[ERROR_PREFIX + PHASES[2]] < 0.13 and rows[COVERAGE_PREFIX + PHASES[2]] > 85.0
+    assert rows[NOISY_PREFIX + "noise of the motion"] > 2.0 > rows["noise of the motion"]
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ import pytest
 
 from experiments import human_likeness
 from experiments.gait_walks import PEOPLE, TURNS
-from experiments.human_likeness import CALIBRATION, HALVES, walks_of_half
+from experiments.human_likeness import CALIBRATION_PEOPLE, HALVES, walks_of_half
 from experiments.walk_measures import differences, vertical_force
 from plantigrade import Human
 from plantigrade.constants import GRAVITY, SIDES
@@ -40,7 +40,7 @@ def test_every_straight_walk_is_in_one_half_and_no_person_is_in_both():
     assert halves[0] | halves[1] == straight
     for person, names in PEOPLE.items():
         own = set(names) - set(TURNS)
-        assert own <= halves[0 if person in CALIBRATION else 1]
+        assert own <= halves[0 if person in CALIBRATION_PEOPLE else 1]
     for half, every in zip(HALVES, halves, strict=True):
         assert set(walks_of_half(half, quick=True)) < every
 

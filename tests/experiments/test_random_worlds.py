@@ -34,8 +34,8 @@ def test_the_experiment_goes_on_where_it_was_stopped(tmp_path, monkeypatch):
             yield Done(seed, Outcome(seed, seed == 3, True, 10.0 + seed))
 
     monkeypatch.setattr(random_worlds, "run_jobs", jobs)
-    monkeypatch.setattr(random_worlds, "WORLDS", 5)
-    monkeypatch.setattr(random_worlds, "PIECE", 2)
+    monkeypatch.setattr(random_worlds, "N_WORLDS", 5)
+    monkeypatch.setattr(random_worlds, "WORLDS_PER_RESULT", 2)
     with pytest.raises(KeyboardInterrupt):
         run(out=tmp_path)
     table = run(out=tmp_path)

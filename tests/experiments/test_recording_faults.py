@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from experiments import recording_faults
-from experiments.recording_faults import EVERY, PARTS, experiment, half_of
+from experiments.recording_faults import FAULTS, PARTS, experiment, half_of
 from tests.analyze.plated_walk import analyse, plated_walk
 
 
@@ -20,10 +20,10 @@ def trial():
 def test_forces_are_scaled_where_the_fault_says(trial):
     recording = trial.fit.recording
     peak = max(plate.force[:, 2].max() for plate in recording.plates)
-    halved = EVERY["halved, no body mass"].make(recording, trial)
+    halved = FAULTS["halved, no body mass"].make(recording, trial)
     assert halved is not None
     assert max(plate.force[:, 2].max() for plate in halved.plates) == pytest.approx(peak / 2)
-    cane = EVERY["cane of 15 %"].make(recording, trial)
+    cane = FAULTS["cane of 15 %"].make(recording, trial)
     assert cane is not None
     shares = [new.force[:, 2].sum() / old.force[:, 2].sum()
               for new, old in zip(cane.plates, recording.plates, strict=True)]  # fmt: skip
@@ -43,4 +43,4 @@ def test_outcomes_are_counted_for_both_halves(tmp_path, monkeypatch):
         assert figures[half, "sound, accused"] == 0
         assert figures[half, "right knee 4 cm low, named"] == 100
         assert figures[half, "both knees 4 cm low, named"] == 0
-    assert len(EVERY) == sum(map(len, PARTS.values())) and np.isfinite(len(table.text()))
+    assert len(FAULTS) == sum(map(len, PARTS.values())) and np.isfinite(len(table.text()))

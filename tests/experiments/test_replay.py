@@ -3,7 +3,7 @@
 import pytest
 
 from experiments import replay, robustness
-from experiments.replay import MOTIONS, QUICKLY, WALK
+from experiments.replay import MOTIONS, QUICK_MOTIONS, WALK
 from plantigrade.errors import ParameterError
 
 
@@ -29,13 +29,13 @@ def made(monkeypatch):
 
 
 def test_the_short_form_is_a_part_of_the_whole():
-    assert set(QUICKLY) < set(MOTIONS)
+    assert set(QUICK_MOTIONS) < set(MOTIONS)
     assert set(robustness.NAMES) < set(MOTIONS)
 
 
 def test_motions_and_pushes_are_done_once_and_kept(made, tmp_path):
     table = replay.run(out=tmp_path, quick=True)
-    assert len(made) == 2 * len(QUICKLY) + 2
+    assert len(made) == 2 * len(QUICK_MOTIONS) + 2
     figures = table.metrics()
     assert figures["all_motions_survived_pct"] == pytest.approx(100.0 * 4 / 6)
     made.clear()
@@ -50,7 +50,7 @@ def test_a_part_alone(made):
 
 def test_who_stands_is_pushed_from_everywhere_and_motions_on_their_way(made):
     table = replay.run(parts=("standing",))
-    assert len(made) == 16 and {item[2] for item in made} == set(replay.AROUND)
+    assert len(made) == 16 and {item[2] for item in made} == set(replay.DIRECTIONS)
     worst = table.rows[-1]
     assert worst.value == 101.0 and not worst.met  # the first that was made: 200 N are asked
     made.clear()
@@ -75,12 +75,12 @@ def test_pushes_that_end_in_an_error_count_as_not_survived(made, monkeypatch):
 
 def test_robustness_tells_survival_by_disturbance(made, tmp_path):
     table = robustness.EXPERIMENT.run(quick=True, out=tmp_path)
-    assert [what for _, what, *_ in made] == list(robustness.EVERY)
+    assert [what for _, what, *_ in made] == list(robustness.MISMATCHES)
     falls = [row for row in table.rows if row.value == 0.0]
-    assert len(falls) == len(robustness.EVERY) // 3
+    assert len(falls) == len(robustness.MISMATCHES) // 3
     assert not any(row.met for row in falls)
     assert "survived, 10 % heavier" in (tmp_path / robustness.EXPERIMENT.page).read_text("utf-8")
     made.clear()
     table = robustness.EXPERIMENT.run(parts=("ground",), out=tmp_path)
-    assert {what for _, what, *_ in made} == set(robustness.DISTURBED["ground"])
+    assert {what for _, what, *_ in made} == set(robustness.MISMATCHES_BY_PART["ground"])
     assert not any("ahead" in what and name == "squat" for name, what, *_ in made)

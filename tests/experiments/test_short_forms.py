@@ -34,12 +34,12 @@ OVER_TRIALS = (
 
 @pytest.mark.parametrize("module", OVER_TRIALS)
 def test_trials_of_the_short_form_are_there(module, data):
-    assert all((data / name).exists() for name in module.QUICK)
+    assert all((data / name).exists() for name in module.QUICK_TRIALS)
 
 
 @pytest.mark.parametrize("module", OVER_TRIALS)
 def test_the_short_form_has_its_trials_and_no_others(module, monkeypatch, tmp_path):
-    for name in {*module.WALKS, *module.QUICK}:
+    for name in {*module.WALKS, *module.QUICK_TRIALS}:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).touch()
     for what in ("trial_rows", "skeleton_rows"):
@@ -57,7 +57,7 @@ def test_the_short_form_has_its_trials_and_no_others(module, monkeypatch, tmp_pa
         ]
         for quick in (False, True)
     )
-    assert short == list(module.QUICK) and set(short) < set(whole)
+    assert short == list(module.QUICK_TRIALS) and set(short) < set(whole)
 
 
 def test_people_of_the_short_form(monkeypatch, tmp_path):
@@ -71,8 +71,10 @@ def test_people_of_the_short_form(monkeypatch, tmp_path):
         monkeypatch.setattr(module, "reproduce_walks", walks)
         module.run(tmp_path)
         module.run(tmp_path, quick=True)
-    assert asked == [None, gait_walks.QUICK] * 2
-    assert set(gait_walks.QUICK) < set(PEOPLE) and len(gait_walks.QUICK) > 2, "enough for a test"
+    assert asked == [None, gait_walks.QUICK_PEOPLE] * 2
+    assert set(gait_walks.QUICK_PEOPLE) < set(PEOPLE) and len(gait_walks.QUICK_PEOPLE) > 2, (
+        "enough for a test"
+    )
 
 
 def test_walks_of_some_people_only(monkeypatch, tmp_path):
@@ -94,5 +96,5 @@ def test_walks_of_some_people_only(monkeypatch, tmp_path):
 
 
 def test_motions_of_the_short_form_are_drawn(monkeypatch):
-    assert set(spline_table.QUICK) < set(MOTIONS)
+    assert set(spline_table.QUICK_TASKS) < set(MOTIONS)
     assert spline_table.figures({}, {}) == {}, "what was not solved is not drawn"

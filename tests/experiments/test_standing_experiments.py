@@ -117,7 +117,7 @@ def test_cached_results_of_another_form_are_refused_in_one_sentence(monkeypatch,
 def test_pressure_that_runs_over_the_toes_is_in_order(ordered, share):
     names = [f"medial_phalanges_toe_{i}_l" for i in (1, 2, 3)]
     names += [f"lateral_phalanges_toe_{i}_l" for i in (4, 5)] + ["heel_heel_back_medial_l"]
-    time = np.arange(0.0, 8.0, 1.0 / foot_motions.CONTROL)
+    time = np.arange(0.0, 8.0, 1.0 / foot_motions.CONTROL_RATE)
     middle = 3.0 - 2.3 * np.cos(np.pi * time)  # from the first toe to the fifth, and back
     centres = np.array([1, 2, 3, 4, 5] if ordered else [1, 3, 2, 4, 5])
     load = np.zeros((len(time), 6))
@@ -135,8 +135,8 @@ def test_pressure_that_runs_over_the_toes_is_in_order(ordered, share):
 
 @pytest.mark.slow
 def test_a_limit_is_measured_and_is_near_the_pendulums(monkeypatch):
-    monkeypatch.setattr(push_table, "STEP", 10.0)
-    monkeypatch.setattr(push_table, "WATCH", 2.0)
+    monkeypatch.setattr(push_table, "FORCE_STEP", 10.0)
+    monkeypatch.setattr(push_table, "WATCH_TIME", 2.0)
     found = push_table.measure(Standing("two-segment"), 0.0)
     assert 0.6 < found["force"] / found["pendulum"] < 1.3
 

@@ -95,8 +95,8 @@ def human():
 def test_the_walk_takes_three_seconds_on_enough_nodes(human):
     task = cases.walk_of(human, cases.Extent())
     assert task.plan.duration == pytest.approx(3.0, abs=1e-3)
-    assert len(nodes_of(task.plan, task.nodes_per_second)) >= cases.NODES
-    fine = cases.with_nodes(task, cases.FINE_NODES)
+    assert len(nodes_of(task.plan, task.nodes_per_second)) >= cases.N_NODES
+    fine = cases.with_nodes(task, cases.N_FINE_NODES)
     assert 301 <= len(nodes_of(fine.plan, fine.nodes_per_second)) < 330
 
 
@@ -135,7 +135,7 @@ def test_stairs_go_up_and_down_with_every_number_of_treads():
     for treads in range(2, 7):
         own = [key for key in keys if f"/{treads} treads" in key]
         assert len(own) == 8 and sum("+" in key for key in own) == 4
-    assert len(list(cases.stairs(cases.QUICK))) == 2
+    assert len(list(cases.stairs(cases.QUICK_EXTENT))) == 2
 
 
 def test_goals_are_those_that_were_set():
@@ -200,7 +200,7 @@ def test_the_short_form_is_a_part_of_the_whole(monkeypatch):
     monkeypatch.setattr(bench, "PARTS", {"walk": part, "ipopt": part})
     monkeypatch.setattr(bench, "QUICK_PARTS", ("walk",))
     bench.experiment().run(quick=True)
-    assert asked == [bench.QUICK]
+    assert asked == [bench.QUICK_EXTENT]
     bench.experiment().run(quick=True, parts=("ipopt", "walk"))
     assert len(asked) == 3, "what is named is done"
 
@@ -250,7 +250,7 @@ def test_a_walk_is_described_and_held_against_goals(synthesized):
     result = GOOD | found | {"check": run.figures, "options": {"speed": 1.3}}
     cached = CachedResults()
     cached.results = {
-        f"speeds/{fidelity.FREE:g} m/s periodic": result,
+        f"speeds/{fidelity.FREE_SPEED:g} m/s periodic": result,
         "tasks/jump": FAILED | {"check": run.figures, "options": {}},
     }
     text = fidelity.EXPERIMENT.tables(cached)[0].text()

@@ -7,8 +7,8 @@ from experiments import vault_table
 
 @pytest.mark.slow
 def test_the_short_form_is_whole_and_kept(monkeypatch, tmp_path):
-    monkeypatch.setattr(vault_table, "FEW", 1)
-    monkeypatch.setattr(vault_table, "QUICK", 150)
+    monkeypatch.setattr(vault_table, "N_QUICK_STARTS", 1)
+    monkeypatch.setattr(vault_table, "N_QUICK_EVALUATIONS", 150)
     said = []
     table = vault_table.run(quick=True, out=tmp_path, say=said.append)
     figures = table.metrics()

@@ -56,7 +56,7 @@ def test_strides_that_are_left_out_do_not_count_and_falls_do(record, folder, mon
     monkeypatch.setattr(walk_starts, "start", start)
     out = folder / "out"
     walk_starts.run(folder, quick=True, out=out)
-    assert asked == [(0, walk_starts.SHORT)]
+    assert asked == [(0, walk_starts.QUICK_DURATION)]
     table = walk_starts.run(folder, out=out)
     figures = table.metrics()
     assert figures["pendulum_people_strides"] == 4.0
@@ -70,11 +70,11 @@ def test_strides_that_are_left_out_do_not_count_and_falls_do(record, folder, mon
 
 @pytest.mark.slow
 def test_strides_of_a_recording_begin_at_other_instants_and_walk(data):
-    name = walk_starts.QUICK["people"][0]
+    name = walk_starts.QUICK_WALKS["people"][0]
     every = [walk_of(each) for each in walk_starts.strides(walk_starts.recorded(data / name))]
     assert all(period_of(walk)[0] is not None for walk in every)
     assert len({float(walk.motion.qpos[0, 2]) for walk in every}) == len(every) > 1
-    assert walk_starts.start("pendulum", data, name, 1, walk_starts.SHORT)["survived"]
+    assert walk_starts.start("pendulum", data, name, 1, walk_starts.QUICK_DURATION)["survived"]
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from experiments.altered_people import scaled_legs, scaled_strength, torque_limits
-from experiments.tour import HARDEST, punches, tour, waypoints
+from experiments.tour import MAX_PUNCH_FORCE, punches, tour, waypoints
 from experiments.walk_outcome import WalkOutcome
 from experiments.walk_trial import PushedWalk, walk
 from experiments.walkers import walker, walks_as
@@ -208,7 +208,7 @@ def test_a_tour_has_a_punch_on_every_leg_and_turns_only_for_controllers_that_fol
     assert tour(falling, seed=3, n=2).straight
     every = punches(falling.record.human.body_names, np.random.default_rng(0))
     assert [int(p.time // 5.0) for p in every] == list(range(12))
-    assert max(p.force for p in every) <= HARDEST and len({p.body for p in every}) > 4
+    assert max(p.force for p in every) <= MAX_PUNCH_FORCE and len({p.body for p in every}) > 4
 
 
 @pytest.mark.slow

@@ -62,7 +62,7 @@ def made(monkeypatch):
     toured = {"completed": False, "reached": 3, "of": 12, "end": "fell", "seconds": 17.0,
               "straight": True, "punches": []}  # fmt: skip
     does(push_any_controller, "toured", lambda *item: {**toured, "of": item[3]})
-    curve = list(np.linspace(0.0, -1.5, feet_while_walking.POINTS))
+    curve = list(np.linspace(0.0, -1.5, feet_while_walking.N_CURVE_POINTS))
     heel = {"heel": [9, 10]}
     does(feet_while_walking, "level", {**WALKED, **heel, "moment": curve, "cycles": 8})
     does(feet_while_walking, "bumps", {**WALKED, **heel})
@@ -135,9 +135,10 @@ def test_landing_laws_are_compared_on_one_battery_and_stay_out_of_the_others(
 def test_the_map_has_every_direction_at_every_phase_and_the_finest_grid_counts(
     made, tmp_path, monkeypatch
 ):
-    assert (push_map.AROUND, push_map.PHASES) == (16, 10)
-    for name, few in (("AROUND", 6), ("PHASES", 5), ("FEW", 4), ("SOME", 2)):
-        monkeypatch.setattr(push_map, name, few)
+    assert (push_map.N_DIRECTIONS_FULL, push_map.N_PHASES_FULL) == (16, 10)
+    few = {"N_DIRECTIONS_FULL": 6, "N_PHASES_FULL": 5, "N_DIRECTIONS": 4, "N_PHASES": 2}
+    for name, number in few.items():
+        monkeypatch.setattr(push_map, name, number)
     push_map.run(out=tmp_path, parts=("force",))
     assert len(made) == 8
     assert [item[4] for item in made[:2]] == [0.0, 0.0], "one phase after the other"

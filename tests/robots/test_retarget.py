@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import plantigrade as pg
-from benchmarks.robots import CARRIED
+from benchmarks.robots import WHEEL_ROBOTS
 from plantigrade.commands import main as cli
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import FileError, FitError, ParameterError
@@ -212,12 +212,12 @@ def test_other_ground_and_unknown_names_are_refused(walk, robot, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("package", sorted(CARRIED))
+@pytest.mark.parametrize("package", sorted(WHEEL_ROBOTS))
 def test_robots_that_packages_carry(package, walk):
     spec = find_spec(package)
     if spec is None or spec.origin is None:
         pytest.skip(f"{package} is not installed")
-    motion = pg.retarget(walk, Path(spec.origin).parent / CARRIED[package], SETTINGS)
+    motion = pg.retarget(walk, Path(spec.origin).parent / WHEEL_ROBOTS[package], SETTINGS)
     assert motion.status == "ok", motion.figures
     assert motion.figures["self_contact_max_mm"] < 2
     assert motion.figures["limb_error_deg"] < 8
