@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from plantigrade.analyze.clinical import clinical_figures, norms_for, usual_walk
 from plantigrade.analyze.curves import gait_curves
@@ -14,7 +15,7 @@ from plantigrade.constants import SIDES
 from plantigrade.dynamics.centroid import Centroid, centroid
 from plantigrade.motion.cycles import cut_cycles
 from plantigrade.motion.filters import runs
-from plantigrade.motion.motion import integral, interpolate
+from plantigrade.motion.motion import interpolate
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import rotation_matrix
 
@@ -37,7 +38,7 @@ def movement_figures(record: Record, person: Mapping[str, Any] | None = None) ->
     vertical = sum(record.foot(side).force[:, 2] for side in SIDES) / record.weight
     power = np.stack([record.torque(n) * motion.velocity(n) for n in human.coordinates], axis=1)
     positive = np.maximum(power, 0.0).sum(axis=1)
-    given, work = (float(integral(motion.time, x)) for x in (positive, np.abs(power).sum(1)))
+    given, work = (float(trapezoid(x, motion.time)) for x in (positive, np.abs(power).sum(1)))
     found = {
         "displacement_m": distance,
         "com_lowest_m": float(com[:, 2].min()),
@@ -90,7 +91,7 @@ def walk_figures(record: Record, person: Mapping[str, Any]) -> dict[str, Any]:
     direction = walking_direction(record)
     if direction == "backward":  # on toes, which land first
         heel, toe = toe, heel
-    found: dict[str, Any] = gait_measures(time, heel, toe, motion.events, overground=True).metrics()
+    found: dict[str, Any] = gait_measures(time, heel, toe, motion.events).metrics()
     if direction != "forward":
         found["walking_direction"] = direction
     if direction == "sideways":  # lengths and widths of steps are along the way, feet are across it

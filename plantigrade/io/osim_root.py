@@ -3,12 +3,13 @@
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.io.osim import Joint
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD as W
-from plantigrade.spatial.conventions import about_axis, quaternion, rotation_matrix
+from plantigrade.spatial.conventions import about_axis, rotation_matrix, xyzw_to_wxyz
 
 
 def check_root(root: Joint) -> None:
@@ -39,13 +40,12 @@ def root_pose(root: Joint, column: Mapping[str, np.ndarray], n: int) -> Float[Ar
     P, C = root.parent.rotation, root.child.rotation
     R = P @ turn @ C.T
     origin = root.parent.position + moved @ P.T - R @ root.child.position
-    return np.hstack([origin @ W.T, quaternion(W @ R @ W.T)])
+    quat = Rotation.from_matrix(W @ R @ W.T).as_quat()
+    return np.hstack([origin @ W.T, xyzw_to_wxyz(quat)])
 
 
 def root_coordinates(root: Joint, qpos: Float[Array, "n nq"]) -> dict[str, Float[Array, " n"]]:
     """Return the coordinates of the root from its pose, angles unwrapped over time."""
-    from scipy.spatial.transform import Rotation
-
     P, C = root.parent.rotation, root.child.rotation
     R = W.T @ rotation_matrix(qpos[:, 3:7]) @ W
     place = qpos[:, :3] @ W + R @ root.child.position - root.parent.position

@@ -8,7 +8,6 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import ParameterError
-from plantigrade.motion.cubic import hermite, monotone, smooth_slopes
 from plantigrade.motion.recording import rate_of
 
 
@@ -35,16 +34,19 @@ def fill_gaps(
         longest: Longest gap to fill, from the last valid frame to the next [s]. Longer gaps and
             the ends of the recording stay NaN.
     """
+    from scipy.interpolate import PchipInterpolator
+
     _check_time(time, values)
     flat, result = _columns(values)
     for column in range(flat.shape[1]):
         seen = np.isfinite(flat[:, column])
         if seen.all() or seen.sum() < 2:
             continue
+        curve = PchipInterpolator(time[seen], flat[seen, column])
         for gap in runs(~seen):
             inside = gap.start > 0 and gap.stop < len(time)
             if inside and time[gap.stop] - time[gap.start - 1] <= longest * (1 + 1e-9):
-                result[gap, column] = monotone(time[seen], flat[seen, column], time[gap])
+                result[gap, column] = curve(time[gap])
     return result.reshape(values.shape)
 
 
@@ -121,6 +123,8 @@ def derivative(
         order: 1 or 2.
         cutoff: Low-pass before differentiation [Hz]; see :func:`lowpass`.
     """
+    from scipy.interpolate import CubicSpline
+
     if order not in (1, 2):
         raise ParameterError(f"{order=} of a derivative must be 1 or 2")
     _check_time(time, values)
@@ -129,24 +133,13 @@ def derivative(
     flat, _ = _columns(values)
     result = np.full_like(flat, np.nan)
     if np.isfinite(flat).all() and len(flat) >= 4:
-        return _rate(time, flat, order).reshape(values.shape)
+        return CubicSpline(time, flat)(time, order).reshape(values.shape)
     for column in range(flat.shape[1]):
         for stretch in runs(np.isfinite(flat[:, column])):
             if stretch.stop - stretch.start >= 4:
-                result[stretch, column] = _rate(time[stretch], flat[stretch, column], order)
+                spline = CubicSpline(time[stretch], flat[stretch, column])
+                result[stretch, column] = spline(time[stretch], order)
     return result.reshape(values.shape)
-
-
-def _rate(time: Array, values: Array, order: int) -> Array:
-    """Return the first or second derivative of the cubic spline through samples, there."""
-    slopes = smooth_slopes(time, values)
-    if order == 1:
-        return slopes
-    step = np.diff(time).reshape(-1, *[1] * (values.ndim - 1))
-    rise = np.diff(values, axis=0) / step
-    bends = (6 * rise - 4 * slopes[:-1] - 2 * slopes[1:]) / step
-    last = (4 * slopes[-1:] + 2 * slopes[-2:-1] - 6 * rise[-1:]) / step[-1]
-    return np.concatenate([bends, last])
 
 
 def resample(
@@ -164,6 +157,8 @@ def resample(
         values: Signal, NaN in gaps.
         new_time: New instants [s]; the result is NaN outside the signal.
     """
+    from scipy.interpolate import CubicSpline
+
     _check_time(time, values)
     flat, _ = _columns(values)
     result = np.full((len(new_time), flat.shape[1]), np.nan)
@@ -184,7 +179,7 @@ def resample(
             continue
         times = np.clip(rising[first:last], t[0], t[-1])
         if len(t) >= 4:
-            found = hermite(t, y, smooth_slopes(t, y), times)
+            found = CubicSpline(t, y)(times)
         else:
             found = np.stack([np.interp(times, t, each) for each in y.T], axis=1)
         result[np.ix_(order[first:last], columns)] = found

@@ -153,12 +153,6 @@ def resampled(motion: Motion, time: Float[Array, " n"]) -> Motion:
     return Motion(time, here, speed, motion.joint_names, events=motion.events)
 
 
-def integral(time: Float[Array, " n"], values: Float[Array, " n *channels"]) -> Any:
-    """Return the integral of a signal over time, by trapezoids."""
-    step = np.diff(time).reshape(-1, *[1] * (values.ndim - 1))
-    return np.sum(0.5 * (values[1:] + values[:-1]) * step, axis=0)
-
-
 def interpolate(
     time: Float[Array, " n"], clock: Float[Array, " m"], values: Float[Array, " m *channels"]
 ) -> Float[Array, " n *channels"]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
+from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.charts import theme
@@ -25,7 +26,7 @@ from plantigrade.pages.shapes import PLATE, SCENE_OBJECT, Shape, rgb, shapes_of
 from plantigrade.record import Record
 from plantigrade.record.moving_ground import GroundPath
 from plantigrade.record.scene_objects import PlacedObject, scene_objects_of
-from plantigrade.spatial.conventions import quaternion, rotation_matrix
+from plantigrade.spatial.conventions import rotation_matrix, xyzw_to_wxyz
 
 VIEW_RATE = 50.0  # [Hz] of drawn frames; the page interpolates between them
 MAX_FRAMES = 6000  # of a page; longer motions have a lower frame rate
@@ -144,7 +145,7 @@ def _placed(
 ) -> Iterator[tuple[Shape, tuple[Array, Array]]]:
     """Yield the shape and the poses of moving ground and of objects, numbered from ``body`` on."""
     if moved is not None:
-        pose = moved.shift[frames], quaternion(moved.rotation[frames])
+        pose = moved.shift[frames], _quaternions(moved.rotation[frames])
         yield plate_shape(com, body=body), pose
         body += 1
     for k, each in enumerate(scene_objects_of(record), start=body):
@@ -170,6 +171,11 @@ def object_shape(placed: PlacedObject, *, body: int) -> Shape:
     middle, straight = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
     wood, name = rgb(theme.SCENE_OBJECT), f"{SCENE_OBJECT}_{shown.name}"
     return Shape(shown.kind, size, middle, straight, wood, body, "", name=name)
+
+
+def _quaternions(rotation: Float[Array, "n 3 3"]) -> Float[Array, "n 4"]:
+    """Return rotations as quaternions ``wxyz``."""
+    return xyzw_to_wxyz(Rotation.from_matrix(rotation).as_quat())
 
 
 def _with(pose: tuple[Array, Array], bodies: tuple) -> tuple[Array, Array]:

@@ -12,7 +12,6 @@ from plantigrade.models import Human
 from plantigrade.skin import Skin, foot_bones
 from plantigrade.skin.skin import IRIS_DEPTH
 from plantigrade.skin.surface import GARMENT_STEP, weights_in_255ths
-from plantigrade.spatial.conventions import quaternion, wxyz_to_xyzw
 
 BONE_STEP = 1e-5  # [m] of the vertices of bones; 16 bits reach 0.33 m from the origin of a body
 
@@ -92,7 +91,9 @@ def eye_marks(skin: Skin) -> Int[Array, " n"]:
 
 def _resting(skin: Skin) -> Float[Array, "n_bones 7"]:
     """Return position [m] and quaternion, scalar last, of every bone in the fitted surface."""
-    quat = wxyz_to_xyzw(quaternion(skin.resting.rotation))
+    from scipy.spatial.transform import Rotation
+
+    quat = Rotation.from_matrix(skin.resting.rotation).as_quat()
     return np.concatenate([skin.resting.position, quat], axis=1)
 
 

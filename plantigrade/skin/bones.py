@@ -15,7 +15,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.side_names import split_side
-from plantigrade.spatial.conventions import MIN_LENGTH, quaternion, rotation_matrix
+from plantigrade.spatial.conventions import rotation_matrix
 
 if TYPE_CHECKING:
     from plantigrade.models.human import Human
@@ -114,16 +114,17 @@ def _part(human: "Human", bone: str) -> tuple[str, np.ndarray]:
 
 def _share(rotation: Array, share: float) -> Array:
     """Return rotations by a share of their angle."""
-    quat = quaternion(rotation)
-    quat = np.where(quat[..., :1] < 0, -quat, quat)  # the short way
-    length = np.linalg.norm(quat[..., 1:], axis=-1, keepdims=True)
-    half = share * np.arctan2(length, quat[..., :1])
-    axis = quat[..., 1:] / np.maximum(length, MIN_LENGTH)
-    return rotation_matrix(np.concatenate([np.cos(half), np.sin(half) * axis], axis=-1))
+    from scipy.spatial.transform import Rotation
+
+    vector = Rotation.from_matrix(rotation.reshape(-1, 3, 3)).as_rotvec()
+    return Rotation.from_rotvec(share * vector).as_matrix().reshape(rotation.shape)
 
 
 def _untwisted(rotation: Array) -> Array:
     """Return the swing S of rotations S T, T about z."""
-    twist = quaternion(rotation) * [1.0, 0.0, 0.0, 1.0]
-    twist[np.linalg.norm(twist, axis=-1) < 1e-9] = [1.0, 0.0, 0.0, 0.0]
-    return rotation @ np.swapaxes(rotation_matrix(twist), -1, -2)
+    from scipy.spatial.transform import Rotation
+
+    whole = Rotation.from_matrix(rotation.reshape(-1, 3, 3))
+    twist = whole.as_quat() * [0.0, 0.0, 1.0, 1.0]
+    twist[np.linalg.norm(twist, axis=1) < 1e-9] = [0.0, 0.0, 0.0, 1.0]
+    return (whole * Rotation.from_quat(twist).inv()).as_matrix().reshape(rotation.shape)

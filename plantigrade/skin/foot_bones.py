@@ -20,7 +20,6 @@ from plantigrade.data_files import toml_tree
 from plantigrade.models.anthropometry import Dimensions
 from plantigrade.models.feet import point, sphere_radius
 from plantigrade.models.parts import MIRROR
-from plantigrade.motion.cubic import monotone
 
 if TYPE_CHECKING:
     from plantigrade.models.human import Human
@@ -102,6 +101,8 @@ def _place(end: End, d: Dimensions) -> Array:
 
 def _surface(form: _Form, d: Dimensions) -> tuple[Array, Array]:
     """Return vertices in the ankle frame of the left foot and faces of a bone."""
+    from scipy.interpolate import PchipInterpolator
+
     start, end = _place(form.start, d), _place(form.end, d)
     radius = sphere_radius(d)
     along = end - start
@@ -112,7 +113,9 @@ def _surface(form: _Form, d: Dimensions) -> tuple[Array, Array]:
     low, high = stations[0, 0], stations[-1, 0]
     phase = np.pi * np.arange(RINGS + 2) / (RINGS + 1)
     share = low + (high - low) * (1 - np.cos(phase)) / 2  # denser at the ends
-    aside, rise, width, height = monotone(stations[:, 0], stations[:, 1:] * radius, share).T
+    aside, rise, width, height = PchipInterpolator(stations[:, 0], stations[:, 1:] * radius)(
+        share
+    ).T
     cap = _rounding(share, low, high, radius / float(np.linalg.norm(along)))
     turn = 2 * np.pi * np.arange(AROUND) / AROUND
     bulge = 2.0 / form.edges

@@ -86,6 +86,8 @@ class Skin:
 
 
 def _fitted(human: "Human", age: str) -> Skin:
+    from scipy.optimize import brentq
+
     surface = baked_surface()
     bones = Bones.of(human, surface.bone_names)
     desired = human.mass / BODY_DENSITY
@@ -95,15 +97,11 @@ def _fitted(human: "Human", age: str) -> Skin:
         return enclosed_volume(resting.vertices, surface.faces) / desired - 1.0
 
     low, high = BUILD_RANGE
-    below, above = excess(low), excess(high)
-    build, girth = high if above <= 0.0 else low, 1.0
-    off = below if below < 0.0 < above else 0.0
-    while abs(off) > VOLUME_TOLERANCE:  # by false position: volume is nearly a line
-        build = (low * above - high * below) / (above - below)
-        off = excess(build)
-        low, below, high, above = (
-            (build, off, high, above) if off < 0.0 else (low, below, build, off)
-        )
+    build, girth = low, 1.0
+    if excess(low) < 0.0 < excess(high):
+        build = float(brentq(excess, low, high, xtol=1e-3, rtol=VOLUME_TOLERANCE))  # pyright: ignore
+    elif excess(high) <= 0.0:
+        build = high
     while abs(off := excess(build, girth)) > VOLUME_TOLERANCE:
         girth /= np.sqrt(1.0 + off)
     return Skin(surface, bones, resting_skin(surface, human, bones, build, girth, age), build)

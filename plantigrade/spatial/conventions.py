@@ -18,7 +18,6 @@ OPENSIM_TO_WORLD = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]
 PELVIS = ("pelvis_tilt", "pelvis_list", "pelvis_rotation", "pelvis_tx", "pelvis_ty", "pelvis_tz")
 """Pelvis coordinates in OpenSim's order: angles, then translations in its axes."""
 MIN_LENGTH = 1e-12  # below which a vector has no direction
-MIN_UPRIGHT = 1e-7  # [1] cosine of the list below which tilt and rotation are one turn: all is tilt
 
 
 def wxyz_to_xyzw(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 4"]:
@@ -41,32 +40,6 @@ def rotation_matrix(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 3 3"]:
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-
-def quaternion(rotation: Float[Array, "*n 3 3"]) -> Float[Array, "*n 4"]:
-    """Return the ``wxyz`` quaternion of rotation matrices, the inverse of :func:`rotation_matrix`.
-
-    The largest component is positive and found first, so that none is a small difference.
-
-    Example:
-        >>> quaternion(about_vertical(np.pi)).round(9) + 0.0
-        array([0., 0., 0., 1.])
-    """
-    R = np.asarray(rotation, float)
-    x, y, z = (R[..., k, k] for k in range(3))
-    pairs = ((2, 1), (0, 2), (1, 0))
-    turned = [R[..., i, j] - R[..., j, i] for i, j in pairs]  # 4 w (x, y, z)
-    mixed = [R[..., i, j] + R[..., j, i] for i, j in pairs]  # 4 (yz, zx, xy)
-    products = [  # 4 q_k q, by the component k
-        [1 + x + y + z, *turned],
-        [turned[0], 1 + x - y - z, mixed[2], mixed[1]],
-        [turned[1], mixed[2], 1 - x + y - z, mixed[0]],
-        [turned[2], mixed[1], mixed[0], 1 - x - y + z],
-    ]
-    every = np.stack([np.stack(row, axis=-1) for row in products], axis=-2)
-    largest = np.argmax(np.diagonal(every, axis1=-2, axis2=-1), axis=-1)
-    found = np.take_along_axis(every, largest[..., None, None], axis=-2)[..., 0, :]
-    return found / np.linalg.norm(found, axis=-1, keepdims=True)
 
 
 def about_vertical(angle: float) -> Float[Array, "3 3"]:
@@ -123,27 +96,18 @@ def pelvis_angles_to_quaternion(angles: Float[Array, "*n 3"]) -> Float[Array, "*
     OpenSim rotates the pelvis about its z (right), then x (forward), then y (up) axis; in our axes
     these are -y, x and z.
     """
-    half = 0.5 * np.asarray(angles) * np.array([-1.0, 1.0, 1.0])
-    (cy, cx, cz), (sy, sx, sz) = (np.moveaxis(f(half), -1, 0) for f in (np.cos, np.sin))
-    parts = (
-        cy * cx * cz + sy * sx * sz,
-        cy * sx * cz + sy * cx * sz,
-        sy * cx * cz - cy * sx * sz,
-        cy * cx * sz - sy * sx * cz,
-    )
-    return np.stack(parts, axis=-1)
+    from scipy.spatial.transform import Rotation
+
+    signed = np.asarray(angles) * np.array([-1.0, 1.0, 1.0])
+    return xyzw_to_wxyz(Rotation.from_euler("YXZ", signed).as_quat())
 
 
 def quaternion_to_pelvis_angles(quat: Float[Array, "n 4"]) -> Float[Array, "n 3"]:
     """Return pelvis tilt, list and rotation [rad] of ``wxyz`` quaternions, unwrapped over time."""
-    R = rotation_matrix(quat)
-    upright = np.hypot(R[:, 0, 2], R[:, 2, 2]) > MIN_UPRIGHT
-    tilt = np.where(
-        upright, np.arctan2(R[:, 0, 2], R[:, 2, 2]), np.arctan2(-R[:, 2, 0], R[:, 0, 0])
-    )
-    turn = np.where(upright, np.arctan2(R[:, 1, 0], R[:, 1, 1]), 0.0)
-    sideways = np.arctan2(-R[:, 1, 2], np.hypot(R[:, 0, 2], R[:, 2, 2]))
-    return np.unwrap(np.stack([-tilt, sideways, turn], axis=1), axis=0)
+    from scipy.spatial.transform import Rotation
+
+    angles = Rotation.from_quat(wxyz_to_xyzw(quat)).as_euler("YXZ")
+    return np.unwrap(angles * np.array([-1.0, 1.0, 1.0]), axis=0)
 
 
 def pelvis_rates_to_free_joint(

@@ -3,11 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.motion.motion import interpolate
-from plantigrade.spatial.conventions import quaternion, rotation_matrix
+from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.problem.nlp import Problem
 from plantigrade.trajopt.transcription.forces_between import explaining
@@ -78,5 +79,6 @@ def _in_world(R: Array, qpos: Array, qvel: Array, qacc: Array, force: Array):
     place, velocity, acceleration = (x.copy() for x in (qpos, qvel, qacc))
     for x in (place, velocity, acceleration):
         x[:, :3] = x[:, :3] @ R.T
-    place[:, 3:7] = quaternion(R @ rotation_matrix(qpos[:, 3:7]))
+    turned = Rotation.from_matrix(R) * Rotation.from_quat(wxyz_to_xyzw(qpos[:, 3:7]))
+    place[:, 3:7] = xyzw_to_wxyz(turned.as_quat())
     return place, velocity, acceleration, force @ R.T

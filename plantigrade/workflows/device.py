@@ -5,10 +5,10 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from plantigrade.arrays import Array, Float
 from plantigrade.models import Human
-from plantigrade.motion.motion import integral
 from plantigrade.notes import Info
 from plantigrade.record import Record, Run
 from plantigrade.trajopt.problem.contact_body import ContactBody
@@ -110,7 +110,7 @@ def _positive(record: Record, torque: Float[Array, "n nv"], at: list[int]) -> fl
     """Return the positive work of hinges over the motion [J]."""
     time = record.motion.time
     power = np.clip(torque[:, at] * record.motion.qvel[:, at], 0.0, None)
-    return float(integral(time, power).sum())
+    return float(trapezoid(power, time, axis=0).sum())
 
 
 def _sentence(figures: dict[str, Any]) -> str:

@@ -33,24 +33,6 @@ def test_quaternion_orders_are_inverse_and_agree_with_scipy_and_mujoco():
         np.testing.assert_allclose(matrix.ravel(), theirs, atol=1e-14)
 
 
-def test_quaternions_of_matrices_are_those_of_scipy():
-    """Half turns and turns near them among them, where one component is small."""
-    axes = np.concatenate([np.eye(3), quaternions()[:, :3]])
-    whole = [Rotation.from_rotvec(angle * axes).as_quat() for angle in (1e-9, 1.0, np.pi, 3.1)]
-    q = np.concatenate([*whole, c.wxyz_to_xyzw(quaternions())])
-    turns = Rotation.from_quat(q).as_matrix()
-    theirs = c.xyzw_to_wxyz(Rotation.from_matrix(turns).as_quat())
-    np.testing.assert_allclose(c.quaternion(turns), theirs, atol=1e-12)
-    np.testing.assert_allclose(c.quaternion(turns[0]), c.quaternion(turns)[0])
-
-
-@pytest.mark.parametrize("side", (1.0, -1.0))
-def test_a_pelvis_on_its_side_has_angles(side):
-    there = c.pelvis_angles_to_quaternion(np.array([[0.3, side * np.pi / 2, 0.2]]))
-    back = c.pelvis_angles_to_quaternion(c.quaternion_to_pelvis_angles(there))
-    np.testing.assert_allclose(c.rotation_matrix(back), c.rotation_matrix(there), atol=1e-6)
-
-
 def test_opensim_axes_are_a_right_handed_turn():
     turn = c.OPENSIM_TO_WORLD
     np.testing.assert_array_equal(turn @ turn.T, np.eye(3))

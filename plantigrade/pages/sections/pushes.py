@@ -1,11 +1,11 @@
 """Pushes in a simulation, and the motion of the centre of mass around them."""
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from plantigrade.analyze.pushes import SIGNAL, push_intervals
 from plantigrade.charts import Figure, Series, line_plot
 from plantigrade.charts.theme import REFERENCE, STROKE_LEFT, STROKE_MIDDLE, STROKE_RIGHT
-from plantigrade.motion.motion import integral
 from plantigrade.pages.scene import poses
 from plantigrade.pages.section import Section, Subject, needs
 
@@ -53,7 +53,7 @@ def push_section(subject: Subject) -> list[Section]:
     rows = []
     for push in pushes[:MAX_ROWS]:
         acts = (time >= push.start) & (time <= push.stop)
-        impulse = float(integral(time[acts], np.linalg.norm(force[acts], axis=1)))
+        impulse = float(trapezoid(np.linalg.norm(force[acts], axis=1), time[acts]))
         mean = force[acts].mean(axis=0)
         rows.append(
             [

@@ -19,7 +19,6 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.limb_sites import KNEE_PART
 from plantigrade.contact.plan import ContactPlan
-from plantigrade.motion.cubic import monotone
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 from plantigrade.trajopt.problem.contact import headings, hold_contacts, site_places
 from plantigrade.trajopt.problem.contact_body import ContactBody
@@ -55,12 +54,14 @@ class InContact:
         self, body: ContactBody, plan: ContactPlan, times: Float[Array, " n_times"]
     ) -> Float[Array, "n_times nv"]:
         """Return coordinates at times."""
+        from scipy.interpolate import PchipInterpolator
+
         changes = plan.switches
         own = self.guess.times if isinstance(self.guess, Interpolated) else ()
         keys = np.array(own or np.sort([*changes, *(changes[1:] + changes[:-1]) / 2]))
         postures = kneeling(body, plan, keys, self.guess(body, plan, keys))
-        rests = resting(body, plan, keys, postures)
-        return resting(body, plan, times, monotone(keys, rests, times))
+        smooth = PchipInterpolator(keys, resting(body, plan, keys, postures))
+        return resting(body, plan, times, smooth(times))
 
 
 @dataclass(frozen=True)
@@ -74,8 +75,10 @@ class Interpolated:
         self, body: ContactBody, plan: ContactPlan, times: Float[Array, " n_times"]
     ) -> Float[Array, "n_times nv"]:
         """Return coordinates at times."""
+        from scipy.interpolate import PchipInterpolator
+
         inside = np.clip(times, self.times[0], self.times[-1])
-        return monotone(np.array(self.times), np.array(self.postures), inside)
+        return PchipInterpolator(self.times, np.array(self.postures))(inside)
 
 
 def kneeling(

@@ -10,7 +10,6 @@ from plantigrade.contact.plan import ContactPlan, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.models.textbook_gait import FREE_SPEED
-from plantigrade.motion.cubic import monotone
 from plantigrade.spatial.conventions import (
     pelvis_angles_to_quaternion,
     rotation_matrix,
@@ -92,6 +91,8 @@ class PelvisPath:
         stances: Sequence[Stance],
         parameters: GaitParameters,
     ):
+        from scipy.interpolate import PchipInterpolator
+
         p = parameters
         self._ahead, self._height = -human.skeleton.origins["foot_r"][0], human.standing()[2]
         times, places = [], []
@@ -110,7 +111,7 @@ class PelvisPath:
             times = [*times, times[-1] + p.step_time]
             places = np.vstack([places, places[-1] + step[-1]])
         self._span = times[0], times[-1]
-        self._place = np.array(times), places
+        self._place = PchipInterpolator(times, places)
         size = float(
             SWAY_AMPLITUDE * p.leg_length * np.clip(FREE_SPEED / p.relative_speed, 0.6, 2.0)
         )
@@ -119,15 +120,14 @@ class PelvisPath:
             own = foot_stances(stances, side)
             for a, b in zip(own[:-1], own[1:], strict=True):
                 sways.append(((a.toe_off + b.heel_strike) / 2, sway))
-        when, sideways = np.array(sorted(sways)).T
-        self._sway = when, sideways
+        self._sway = PchipInterpolator(*np.array(sorted(sways)).T)
 
     def pelvis(
         self, gait: MeanGait, times: Float[Array, " n"]
     ) -> tuple[Float[Array, "n 3"], Float[Array, "n 3 3"]]:
         """Return position, at the height of standing, and rotation of the pelvis."""
         t = np.clip(times, *self._span)
-        place, sway = monotone(*self._place, t), monotone(*self._sway, t)
+        place, sway = self._place(t), self._sway(t)
         heading = place[:, 3]
         position = np.empty((len(t), 3))
         position[:, :2] = ahead(place[:, :2], heading, self._ahead)

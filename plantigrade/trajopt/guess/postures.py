@@ -14,7 +14,6 @@ from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion.blends import quintic_rise
-from plantigrade.motion.cubic import hermite, smooth_slopes
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
     pelvis_angles_to_quaternion,
@@ -154,9 +153,10 @@ class KeyPostures:
         self, body: ContactBody, plan: ContactPlan, times: Float[Array, " n_times"]
     ) -> Float[Array, "n_times nv"]:
         """Return coordinates at times."""
-        inside = np.clip(times, self.times[0], self.times[-1])
-        knots, postures = np.array(self.times), np.array(self.postures)
-        q = hermite(knots, postures, smooth_slopes(knots, postures, clamped=True), inside)
+        from scipy.interpolate import CubicSpline
+
+        spline = CubicSpline(self.times, np.array(self.postures), bc_type="clamped")
+        q = spline(np.clip(times, self.times[0], self.times[-1]))
         feet = {s: level_foot(body.human, plan.stances, s, times, self.lift) for s in SIDES}
         stands = any(s.toe_off >= plan.duration for s in plan.stances)
         end = plan.duration if stands else np.inf
