@@ -42,7 +42,7 @@ from plantigrade.ordered_tasks.gait_reference import GaitReference
 from plantigrade.ordered_tasks.phases import Phase
 from plantigrade.ordered_tasks.schedule import ContactSchedule
 from plantigrade.wbc.order import UPPER_BODY, TaskOrder
-from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PassingPosture, PointTask, Task
+from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask, Task, TimedPosture
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,9 +134,7 @@ def gait_order(
     return TaskOrder(levels, posture, spared=UPPER_BODY)
 
 
-def posture_task(
-    reference: GaitReference, tasks: GaitTasks, min_time_left: float
-) -> PassingPosture:
+def posture_task(reference: GaitReference, tasks: GaitTasks, min_time_left: float) -> TimedPosture:
     """Return the posture task: the recorded posture at the end of each phase."""
     ends = phase_ends(reference, tasks.phases)
     postures = reference.at(ends)
@@ -149,7 +147,7 @@ def posture_task(
             np.concatenate([reference.at(reference.start)[None], postures]),
         )[1:]
     passed = PhaseValues(ends, rates)
-    return PassingPosture(
+    return TimedPosture(
         PhaseValues(ends, postures), lambda t: passed(t)[0], min_time_left=min_time_left
     )
 

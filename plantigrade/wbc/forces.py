@@ -57,8 +57,9 @@ class ForceSettings:
     """Weight of the feet's wrenches against the centre of mass. Chosen."""
     wrench_lever: float = 0.2
     """Lever arm at which an error of their moment counts as one of the force [m]. Chosen."""
-    min_foot_load: float = 0.01
-    """Load below which a foot has no centre of pressure [body weights]. Chosen."""
+    min_foot_load: float = 0.035
+    """Load below which a foot is in the air and has no centre of pressure [body weights].
+    Chosen."""
     force_cost: float = 1.0
     """Cost of a squared unit of force, and of its squared change from the instant before, against
     squared posture errors [rad²/s⁴]. Chosen."""

@@ -11,6 +11,7 @@ would, and never passes it.
 """
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -23,15 +24,12 @@ from plantigrade.models import Human
 class JointLimitSettings:
     """Limits that are not the person's ranges of motion."""
 
-    max_acceleration: float = 2000.0
-    """Greatest acceleration of any coordinate [rad/s², m/s²]. Chosen: no walking joint is near
-    it."""
-    max_velocity: float = 30.0
-    """Greatest velocity of any hinge [rad/s]. Chosen."""
-    approach_rate: float = 50.0
-    """Rate at which a hinge comes to rest at its limit [1/s]. Chosen."""
+    max_acceleration: float = inf
+    """Greatest acceleration of any coordinate [rad/s², m/s²]."""
+    max_velocity: float = inf
+    """Greatest velocity of any hinge [rad/s]."""
     approach_per_step: float = 0.25
-    """Greatest product of that rate and the time step. Chosen for stability."""
+    """Rate at which a hinge comes to rest at its limit, by time steps. Chosen for stability."""
 
 
 class JointLimits:
@@ -54,7 +52,7 @@ class JointLimits:
     ):
         s = settings or JointLimitSettings()
         self.acceleration = s.max_acceleration
-        rate = min(s.approach_rate, s.approach_per_step / step)
+        rate = s.approach_per_step / step
         low, high = human.limits if ranges is None else ranges
         swift = np.full(len(low), s.max_velocity / step)
         # The bounds are the tighter ones of four lines in q and v: two below, two above.

@@ -46,6 +46,9 @@ from plantigrade.wbc.joint_limits import JointLimits
 from plantigrade.wbc.order import TaskOrder, scaled, stacked
 from plantigrade.wbc.rows import Rows
 
+MAX_CORRECTIONS = 10  # steps from a recorded posture to one that is not in the ground
+MAX_CORRECTION = 0.1  # [rad, m] greatest change of any coordinate in one of them
+
 
 @dataclass(frozen=True, kw_only=True)
 class MotionSettings:
@@ -59,15 +62,9 @@ class MotionSettings:
     need infinite speed. It also lets short toes give way a little where a foot rigid as a
     machine's would pull at the whole body: of contacts, turns of a segment that move its points by
     less per radian are not held."""
-    max_corrections: int = 10
-    """Greatest number of steps from a recorded posture to one that is not in the ground. Chosen."""
-    max_correction: float = 0.1
-    """Greatest change of any coordinate in one of them [rad, m]. Chosen."""
-    ankle_readiness: float = 0.7
-    """Readiness of the ankle to move in them, that of joints within the foot being 1. Chosen: the
-    foot before the leg, the leg before the rest of the body."""
     leg_readiness: float = 0.5
-    """That of knee and hip. Chosen."""
+    """Readiness of hip, knee and ankle to move in the correction, that of joints within the foot
+    being 1. Chosen: the foot before the leg, the leg before the rest of the body."""
     other_readiness: float = 0.02
     """That of all other joints. Chosen."""
 
@@ -75,8 +72,7 @@ class MotionSettings:
         """Return the readiness of every coordinate to move in a correction."""
         starts = (
             (("mtp", "cuboid_", "heel_"), 1.0),
-            (("ankle_", "subtalar_"), self.ankle_readiness),
-            (("knee_", "hip_"), self.leg_readiness),
+            (("ankle_", "subtalar_", "knee_", "hip_"), self.leg_readiness),
             (("",), self.other_readiness),
         )
         hinges = [next(r for s, r in starts if c.startswith(s)) for c in human.coordinates]
@@ -285,9 +281,9 @@ def first_state(
     for task in order.tasks:  # an order may have moved somebody before
         task.reset()
     settings, (low, high) = settings or MotionSettings(), state.human.limits
-    share, most = settings.readiness(state.human), settings.max_correction
+    share, most = settings.readiness(state.human), MAX_CORRECTION
     tasks = [task for task in order.tasks if task.initialises]
-    for _ in range(settings.max_corrections):
+    for _ in range(MAX_CORRECTIONS):
         for task in tasks:
             task.begin(state, time)
         rows = [task.position_rows(state, time) for task in tasks]

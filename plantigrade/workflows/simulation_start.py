@@ -19,6 +19,7 @@ from plantigrade.control.choices import SCRIPTED
 from plantigrade.control.pendulum import WalkCommand, walk_of
 from plantigrade.control.pendulum.command import RECORDED
 from plantigrade.control.pendulum.path import depths_of, path_of, speeds_of
+from plantigrade.control.pendulum.settings import WALK_DURATION
 from plantigrade.errors import ParameterError
 from plantigrade.learn.controller import PolicyController, load_controller
 from plantigrade.learn.policy import file_of
@@ -44,7 +45,6 @@ from plantigrade.world import (
 )
 from plantigrade.world.recorded_wrench import recorded_wrenches
 
-LEARNED_WALK = 10.0  # [s] default duration of the walk of a policy
 LIMB_PARTS = (HAND_PART, KNEE_PART, TOES_PART, CHAIR_PART)  # parts of sites besides those of feet
 MAX_START_DEPTH = 0.3  # Largest depth of the feet below the ground at the start [m]. Chosen.
 
@@ -155,7 +155,7 @@ def _learned(source: Any, how: SimulateSettings, command: str) -> Start:
     if source is not None or how.motion is not None:
         raise ParameterError("a policy brings its own motion: leave out recording, run and motion")
     policy = _policy_of(how)
-    word, lasts = str(how.controller), how.duration or LEARNED_WALK
+    word, lasts = str(how.controller), how.duration or WALK_DURATION
     origin = Provenance(command, how.plain(), seed=how.seed)
     name, motion = Path(word).stem, policy.motion(lasts)
     return Start(policy.reference.human, Ground(), name, origin, motion, policy=policy)

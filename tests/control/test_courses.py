@@ -72,7 +72,7 @@ def test_a_way_through_points_is_come_back_to_and_ends_at_the_last():
 def test_the_speed_limit_falls_before_corners_and_for_turning_round():
     way = path_of("points:6,0/6,4/6,0")
     assert way.heading(0.0, 0.0, 0.0) == 0.0
-    before = [way.speed_limit(x, 0.0, 0.0) for x in (0.0, 2.0, 3.0, 3.9)]
+    before = [way.speed_limit(x, 0.0, 0.0) for x in (0.0, 2.0, 3.0, 4.4)]
     assert before == sorted(before, reverse=True) and before[0] > 1.5 and before[-1] < 1.0
     assert way.heading(0.1, 5.5, 0.0) is not None and way.passed == 1
     turned = [way.speed_limit(6.0, 0.5, angle) for angle in (0.0, 0.8, 1.4)]  # round the corner

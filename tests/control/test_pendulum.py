@@ -78,7 +78,7 @@ def test_a_stride_is_closed_and_a_walk_without_one_is_walked_once(walk):
     once = walk_of(replace(walk, motion=part))
     assert len(once.notes) == len(walk.notes) + 1
     assert Pendulum(once).duration == part.duration
-    assert Pendulum(walk).duration == SETTINGS.usual_duration
+    assert Pendulum(walk).duration == 10.0
     before = Run(replace(once, notes=("Of before.",)), "fit")
     notes = simulate(before, controller="pendulum", duration=0.01).record.notes
     assert once.notes[-1] in notes and "Of before." not in notes
@@ -247,7 +247,7 @@ def test_a_crossed_foot_reaches_its_place_without_meeting_the_other(begun):
             path.append(at)
         assert np.linalg.norm(at - goal) < 0.05 * leg
         x, y = (np.array(path) / leg * [1.0, left]).T
-        ahead, sideways = SETTINGS.swing.stance_foot_size
+        ahead, sideways = plan.person.sole.clear_way / leg
         assert ((x / ahead) ** 2 + (y / sideways) ** 2).min() > 0.8
         assert (y[1:][x[1:] * x[:-1] < 0.0] > 0.0).all()  # passes on its own side
 

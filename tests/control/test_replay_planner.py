@@ -95,9 +95,15 @@ def test_a_push_outward_is_answered_by_a_sooner_step_within_the_limits():
     xi, foot, zero = np.array([0.05, 0.02]), np.zeros(2), np.zeros(2)
     then = pendulum(xi, foot, 0.4)
     box = FootstepLimits(
-        np.eye(2), np.array([0.5, 0.1]), 1.0, 0.9, 0.07, np.array([-0.5, 0.0]), max_foot_speed=4.0
+        np.eye(2),
+        np.array([0.5, 0.1]),
+        1.0,
+        0.9,
+        0.07,
+        np.array([-0.5, 0.0]),
+        max_foot_acceleration=60.0,
     )
-    pushed = xi - [0.0, 0.12]  # to the side of the foot that stands: the other cannot follow
+    pushed = xi - [0.0, 0.18]  # to the side of the foot that stands: the other cannot follow
     step = next_step(pushed, xi, then, OMEGA, 0.4, zero, zero, 0.0, 1.0, box)
     assert step.rate > 1.0
     assert 0.1 + step.offset[1] >= box.crossover_width - 1e-9  # no farther across than in front
@@ -114,7 +120,7 @@ def test_a_swinging_foot_reaches_its_offset_in_time_at_rest():
 
 def test_of_two_rates_the_one_is_taken_whose_miss_the_next_foot_makes_up_on_its_own_side():
     box = FootstepLimits(
-        np.eye(2), np.array([0.4, 0.1]), 1.0, 0.9, 0.07, np.zeros(2), max_foot_speed=4.0
+        np.eye(2), np.array([0.4, 0.1]), 1.0, 0.9, 0.07, np.zeros(2), max_foot_acceleration=60.0
     )
     missed = np.array([[0.0, -0.2], [0.0, 0.2]])  # the left foot lands; the right one comes next
     outward, inward = box.next_step_cost(missed)
@@ -124,7 +130,7 @@ def test_of_two_rates_the_one_is_taken_whose_miss_the_next_foot_makes_up_on_its_
 
 def test_a_foot_crosses_over_only_in_front_of_the_other():
     box = FootstepLimits(
-        np.eye(2), np.array([0.0, 0.1]), 1.0, 0.9, 0.07, np.zeros(2), max_foot_speed=4.0
+        np.eye(2), np.array([0.0, 0.1]), 1.0, 0.9, 0.07, np.zeros(2), max_foot_acceleration=60.0
     )
     ((beside, ahead),) = box.constrained(np.array([[0.1, -0.4], [0.5, -0.4]]))
     assert 0.1 + beside[1] == pytest.approx(0.07)
@@ -133,7 +139,13 @@ def test_a_foot_crosses_over_only_in_front_of_the_other():
 
 def test_a_foot_that_would_have_to_be_too_fast_costs_more():
     box = FootstepLimits(
-        np.eye(2), np.array([0.4, 0.1]), 1.0, 0.9, 0.07, np.array([-0.6, 0.0]), max_foot_speed=4.0
+        np.eye(2),
+        np.array([0.4, 0.1]),
+        1.0,
+        0.9,
+        0.07,
+        np.array([-0.6, 0.0]),
+        max_foot_acceleration=60.0,
     )
     slow, fast = box.swing_cost(np.zeros((2, 2)), np.array([0.4, 0.1]))
     assert slow == 0.0 < fast

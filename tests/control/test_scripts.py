@@ -52,7 +52,7 @@ def test_every_motion_of_the_package_is_read(name):
         ("[[frame]]\ntime = 1\nboth = { ankle = [0, 0] }", "three numbers"),
         ("[[frame]]\ntime = 1\nbody = [0, 0, 9]", "three numbers"),
         ("speed = 1", "says speed"),
-        ("[[frame]]\ntime = 0.004", "0.1 s at least"),
+        ("[[frame]]\ntime = 0.004", "0.04 s at least"),
         ("[[frame]]\ntime = nan", "nan"),
         ("[[frame]]\ntime = true", "True"),
         ("[[frame]]\ntime = 1\nboth = { toward = [0, 2] }", "two numbers"),

@@ -4,21 +4,13 @@ import numpy as np
 import pytest
 
 from plantigrade.contact.site import contact_sites
-from plantigrade.control.pendulum.tasks import JointVelocitySettings, WalkingTasks, tilt_to
+from plantigrade.control.pendulum.tasks import WalkingTasks, tilt_to
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
 from plantigrade.wbc import Rows, Touching, WholeBody
 
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
 TASKS = WalkingTasks(HUMAN, 0.9)
-
-
-def test_joint_velocities_are_in_proportion_to_the_error_up_to_a_greatest_one():
-    limited, velocity = JointVelocitySettings().limited, np.linspace(-12.5, 12.5, 501)
-    found, small = limited(velocity), np.abs(velocity) < 2.5
-    np.testing.assert_allclose(found, -found[::-1])
-    np.testing.assert_allclose(found[small], velocity[small])
-    assert found[-1] == found.max() == JointVelocitySettings().max_velocity
 
 
 def test_a_point_that_hangs_over_the_ground_bears_nothing():

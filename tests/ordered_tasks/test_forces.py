@@ -23,7 +23,7 @@ from plantigrade.ordered_tasks.gait_support import (
 )
 from plantigrade.ordered_tasks.schedule import ContactSchedule
 from plantigrade.wbc import Footing, OrderedMotion, TaskOrder, move
-from plantigrade.wbc.tasks import ComTask, ContactTask, PassingPosture
+from plantigrade.wbc.tasks import ComTask, ContactTask, TimedPosture
 from tests.models.presets import person
 from tests.ordered_tasks.walks import reference as unfiltered_reference
 
@@ -232,7 +232,7 @@ def standing(com) -> OrderedMotion:
     sole = ContactSchedule(reference())
     contact = ContactTask(sole.points, lambda t: np.ones(len(sole.points), bool))
     pose = human.standing()
-    still = PassingPosture(lambda t: (pose, t + 0.3), lambda t: np.zeros(human.model.nv))
+    still = TimedPosture(lambda t: (pose, t + 0.3), lambda t: np.zeros(human.model.nv))
     order = TaskOrder([[contact], [ComTask(com(State(human, pose).com))]], still)
     return move(human, order, pose, stop=0.5, ground=Footing())
 

@@ -11,10 +11,10 @@ from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.wbc.tasks import (
     AngularMomentumTask,
     LandingTask,
-    PassingPosture,
     PlacingHeelTask,
     PointTask,
     PostureTask,
+    TimedPosture,
 )
 from tests.models.presets import person
 
@@ -82,7 +82,7 @@ def test_a_posture_is_passed_at_its_speed():
     velocity = np.linspace(-1, 1, state.model.nv)
     target = state.qpos.copy()
     mujoco.mj_integratePos(state.model, target, velocity, 0.2)
-    steady = PassingPosture(lambda t: (target, 0.2), lambda t: velocity)
+    steady = TimedPosture(lambda t: (target, 0.2), lambda t: velocity)
     state = state.moved_to(state.qpos, velocity)
     np.testing.assert_allclose(steady.acceleration(state, 0.0), 0.0, atol=1e-8)
     np.testing.assert_allclose(

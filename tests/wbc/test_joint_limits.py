@@ -20,7 +20,7 @@ def test_bounds_never_cross_in_any_state(preset):
             q[7:] += rng.normal(scale=0.1, size=len(q) - 7)  # outside its range too
             low, high = limits.bounds(State(human, q, 30.0 * v))
             assert (low <= high).all()
-            assert np.isfinite([low, high]).all()
+            assert np.isfinite([low[6:], high[6:]]).all()
 
 
 @pytest.mark.parametrize("step", [0.001, 0.005, 0.01])

@@ -116,7 +116,7 @@ class Balance(Controller):
         if stepped:
             rows += self.recovery.rows(state)
         if self._flight.airborne:
-            rows += landing_rows(body, desired, self.recovery, s.flight)
+            rows += landing_rows(body, desired, self.recovery)
         qacc, weight = self._tracking(state, desired)
         factor = desired.force_cost
         factor = factor[contacts.spheres] if isinstance(factor, np.ndarray) else factor
@@ -234,11 +234,12 @@ class Balance(Controller):
         positions = np.array(state.world.data.geom_xpos)[self.contact.geoms[which]]
         J, velocity, bias = state.body.touched(self.contact.body[which], positions)
         n, s = normals[which], self.settings
-        stage = s.recovery if self.recovery.stepped else s
-        right = -stage.contact_gain * heights[which]
-        right -= 2 * np.sqrt(stage.contact_gain) * np.einsum("kc,kc->k", n, velocity)
+        gain, weight = s.contact_gain, s.landing_weight
+        if self.recovery.stepped:
+            gain, weight = s.recovery.contact_gain, s.recovery.foot_orientation_weight
+        right = -gain * heights[which] - 2 * np.sqrt(gain) * np.einsum("kc,kc->k", n, velocity)
         right -= np.einsum("kc,kc->k", n, bias)
-        return [Rows(np.einsum("kc,kcv->kv", n, J), right, stage.landing_weight)]
+        return [Rows(np.einsum("kc,kcv->kv", n, J), right, weight)]
 
 
 def slow_at_stops(

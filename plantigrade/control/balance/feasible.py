@@ -22,8 +22,15 @@ from scipy.linalg import solve_banded
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
-from plantigrade.control.balance.postures import PostureSolverSettings, posture_step, velocities_of
+from plantigrade.control.balance.postures import (
+    N_ITERATIONS,
+    PostureSolverSettings,
+    posture_step,
+    velocities_of,
+)
 from plantigrade.control.balance.reference import MotionReference
+from plantigrade.control.gait.loads import LoadSettings
+from plantigrade.control.gait.pendulum_state import MIN_PENDULUM_HEIGHT
 from plantigrade.control.gait.step import StepSettings
 from plantigrade.control.gait.support import inside
 from plantigrade.kinematics.state import State
@@ -39,10 +46,9 @@ class FeasibleSettings:
 
     support_margin: float = StepSettings.support_margin
     """Distance of the pressure from the edge of the support [m]; as for balance."""
-    min_load: float = 0.3
-    """Least load on the feet while they are on the ground [body weights]. Chosen."""
-    min_height: float = StepSettings.min_pendulum_height
-    """Least height of the centre of mass in the air [m]; as of pendulums."""
+    min_load: float = LoadSettings.min_unknown_load
+    """Least load on the feet while they are on the ground [body weights]; as of feet of which
+    nothing is known."""
     solver: PostureSolverSettings = PostureSolverSettings()
     """Weights of the postures, as in scripts; feet and the centre of mass over the ground count as
     ankles do."""
@@ -77,7 +83,7 @@ def feasible_path(
         needed = com[i, :2] - k[i] * acceleration[i, :2]
         pressure[i] = inside(points[:, :2], needed, s.support_margin)
     free |= k < 0  # a body below its feet, too
-    k[free] = np.maximum(com[free, 2], s.min_height) / GRAVITY
+    k[free] = np.maximum(com[free, 2], MIN_PENDULUM_HEIGHT) / GRAVITY
     pressure[free] = com[free, :2] - k[free, None] * acceleration[free, :2]
     across = k / step**2
     matrix = np.zeros((3, n))
@@ -109,7 +115,7 @@ def feasible_motion(
         state = state.moved_to(q)
         start, positions = q.copy(), np.array([state.origin(foot) for foot in feet])
         rotations = [state.rotation(foot).copy() for foot in feet]
-        for k in range(solver.n_iterations):
+        for k in range(N_ITERATIONS):
             state = state.moved_to(q) if k else state
             J, _, _ = state.touched(np.array(feet), positions)
             moved = positions - [state.origin(foot) for foot in feet]

@@ -9,7 +9,9 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
 from plantigrade.control.balance.recovery import Recovery
 from plantigrade.control.balance.reference import ReferenceState
+from plantigrade.control.gait.pendulum_state import MIN_PENDULUM_HEIGHT
 from plantigrade.control.gait.phase import GaitSettings
+from plantigrade.control.gait.support import drawn_to
 from plantigrade.kinematics.state import State
 from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks import AlignmentTask
@@ -18,12 +20,10 @@ from plantigrade.wbc.tasks.point import axis_error
 
 @dataclass(frozen=True, kw_only=True)
 class FlightSettings:
-    """Clock and feet in flight."""
+    """The clock in flight."""
 
     max_wait: float = GaitSettings.max_wait
     """Longest time the clock waits for a touchdown after the planned one [s]; as in walking."""
-    max_foot_shift: float = 0.2
-    """Greatest distance of a foot from the reference [m]. Chosen (±20 %: not met)."""
 
 
 class FlightClock:
@@ -80,9 +80,7 @@ class FlightClock:
         self._flights.pop(0)
 
 
-def landing_rows(
-    body: State, desired: ReferenceState, feet: Recovery, settings: FlightSettings
-) -> list[Rows]:
+def landing_rows(body: State, desired: ReferenceState, feet: Recovery) -> list[Rows]:
     r"""Return the rows that bring the feet under where the body will come to rest.
 
     That is :math:`\dot c / \omega` ahead of the centre of mass, as in [Hof2005]_, wherever the
@@ -90,14 +88,14 @@ def landing_rows(
     they are in the reference. Position and orientation have the stiffness that orientation has in
     recovery steps, critically damped.
     """
-    s, steps, gain = settings, feet.settings.step, feet.settings.foot_orientation_gain
+    gain = feet.settings.foot_orientation_gain
     damping = 2 * np.sqrt(gain)
-    omega = np.sqrt(GRAVITY / max(float(desired.com[2]), steps.min_pendulum_height))
+    omega = np.sqrt(GRAVITY / max(float(desired.com[2]), MIN_PENDULUM_HEIGHT))
     soles = feet.soles(body)
     J, velocity, bias = body.touched(np.array(feet.feet), soles)
     middle = np.array([desired.spheres[own].mean(axis=0) for own in feet.foot_spheres])
     ahead = body.com_velocity / omega
-    ahead *= min(1.0, s.max_foot_shift / max(float(np.linalg.norm(ahead[:2])), 1e-9))
+    ahead[:2] = drawn_to(ahead[:2], np.zeros(2), feet.planner.max_extension)
     error: Float[Array, "2 3"] = middle - desired.com + ahead - (soles - body.com)
     acceleration = gain * error - damping * (velocity - body.com_velocity)
     right = acceleration - bias + body.com_bias_acceleration

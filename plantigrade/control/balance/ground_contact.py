@@ -18,8 +18,8 @@ class GroundContactSettings:
 
     max_gap: float = FootContactSettings.max_planned_height
     """Distance from the ground up to which a point counts as touching [m]; as in walking."""
-    friction_share: float = 0.8
-    """Part of the friction of the ground that is relied on. Chosen (±20 %: deviation 10 %)."""
+    friction_fraction: float = FootContactSettings.friction_fraction
+    """Part of the friction of the ground that is relied on; as in walking."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +49,7 @@ class GroundContact:
 
     def __init__(self, world: SimulatedWorld, settings: GroundContactSettings):
         self.world, self.model = world, world.model
-        self.friction = settings.friction_share * world.ground.friction
+        self.friction = settings.friction_fraction * world.ground.friction
         names = [GEOM_PREFIX + site.name for site in world.sites if site.side]
         self.geoms = np.array([self.model.geom(name).id for name in names], dtype=int)
         self.body = np.array(self.model.geom_bodyid)[self.geoms]

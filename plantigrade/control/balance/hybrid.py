@@ -36,13 +36,14 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.balance.reference import Reference, ReferenceState, posture_reference
-from plantigrade.control.balance.settings import BalanceSettings, JointGains
+from plantigrade.control.balance.settings import BalanceSettings, JointGains, JointStopSettings
 from plantigrade.control.gait.step import StepSettings
 from plantigrade.kinematics.state import CROSS, PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.wbc.tasks.point import axis_error
 from plantigrade.world import Acceleration, Controller, State
 
+MAX_SOLVES = 4  # of a tick: joints too fast for their range are held
 REGULARISATION = 1e-6  # of the multipliers of the constraint, by the mean of its diagonal
 
 
@@ -50,11 +51,9 @@ REGULARISATION = 1e-6  # of the multipliers of the constraint, by the mean of it
 class HybridSettings:
     """Weights and gains, one set for all that is done standing; the weight of a hinge is 1."""
 
-    momentum_weight: float = 1e4
+    momentum_weight: float = BalanceSettings.com_weight
     """Weight of the acceleration of the centre of mass [(rad/m)²], and of the rate of angular
-    momentum over the inertia of a body with :attr:`gyration_radius`. Chosen (±20 %: below 2 %)."""
-    gyration_radius: float = 0.25
-    """Radius of gyration of a body [body heights]. Chosen (±20 %: deviation 3 %)."""
+    momentum over the inertia of the body; as for balance."""
     pelvis_weight: float = BalanceSettings.pelvis_weight
     """Weight of the orientation of the pelvis; as for balance."""
     joint_gains: JointGains = JointGains()
@@ -66,12 +65,9 @@ class HybridSettings:
     """Stiffness of supporting segments, :math:`k_s` of the paper, critically damped [1/s²]."""
     support_margin: float = StepSettings.support_margin
     """Distance of the centre of pressure from the edge of the support [m]; as for balance."""
-    stopping_deceleration: float = 40.0
-    """Deceleration with which joints stop before the end of their range [rad/s²]. Chosen (±20 %:
-    below 2 %)."""
-    max_solves: int = 4
-    """Least-squares solutions of a tick: joints too fast for their range are held. Chosen (±20 %:
-    below 2 %)."""
+    stopping_deceleration: float = JointStopSettings.gain * JointStopSettings.distance
+    """Deceleration with which joints stop before the end of their range [rad/s²]; that with which
+    balance begins to slow them."""
 
 
 class Hybrid(Controller):
@@ -123,7 +119,7 @@ def accelerations(
     Q += s.momentum_weight * J.T @ J
     g += s.momentum_weight * J.T @ right
 
-    inertia = mass * (s.gyration_radius * state.human.height) ** 2
+    inertia = float(np.linalg.norm(body.angular_momentum_jacobian[:, 3:6], 2))
     H, bias = _momentum_rate(body)
     rate = -np.sqrt(s.com_gain) * body.angular_momentum - bias
     rate += tracked.moment(body.com, right + body.com_bias_acceleration, mass)
@@ -133,7 +129,7 @@ def accelerations(
     J, right = tracked.support(state)
     low, high = _bounds(state, s.stopping_deceleration)
     free, qacc = np.ones(nv, bool), np.zeros(nv)
-    for _ in range(s.max_solves):
+    for _ in range(MAX_SOLVES):
         qacc[free] = _constrained(
             Q[np.ix_(free, free)], g[free] - Q[np.ix_(free, ~free)] @ qacc[~free],
             J[:, free], right - J[:, ~free] @ qacc[~free],

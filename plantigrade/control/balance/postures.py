@@ -17,12 +17,14 @@ from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks.point import axis_error
 from plantigrade.world import standing_on
 
+N_ITERATIONS = 3  # Gauss-Newton steps of a frame or tick; four times as many of a first frame
+MAX_STEP = 0.3  # [rad, m] greatest change of a coordinate in one of them
 DAMPING = 1e-6  # of a Gauss-Newton step, by squared weights: keeps it well posed
 
 
 @dataclass(frozen=True, kw_only=True)
 class PostureSolverSettings:
-    """Weights and iterations of inverse kinematics over posed feet."""
+    """Weights of inverse kinematics over posed feet."""
 
     ankle_weight: float = 30.0
     """Weight of the positions of the ankles [1/m]. Chosen."""
@@ -34,11 +36,6 @@ class PostureSolverSettings:
     """Weight of joint angles as in standing [1/rad]. Chosen."""
     momentum_weight: float = 3.0
     """Weight of no angular momentum over body mass, for motions that fly [s/m²]. Chosen."""
-    n_iterations: int = 3
-    """Gauss-Newton steps of a frame, from the one before; four times as many of the first.
-    Chosen."""
-    max_step: float = 0.3
-    """Greatest change of a coordinate in one step [rad, m]. Chosen."""
 
 
 class PostureSolver:
@@ -120,7 +117,7 @@ class PostureSolver:
             turns.append(pose.rotation)
             shifts.append(pose.shift)
         state, stands = State(self.human, self._standing), np.any(marked, axis=2)
-        within, s = np.concatenate(self._hinges) + 7, self.settings
+        within = np.concatenate(self._hinges) + 7
         for i, q in enumerate(qpos):
             before = None
             if i:
@@ -129,7 +126,7 @@ class PostureSolver:
             feet = self._ankles + ankle[i]
             feet[:, 2] += [shift[i] for shift in shifts]
             rotations = [turn[i] if on else None for turn, on in zip(turns, stands[i], strict=True)]
-            for _ in range(s.n_iterations if i else 4 * s.n_iterations):
+            for _ in range(N_ITERATIONS if i else 4 * N_ITERATIONS):
                 state = state.moved_to(q)
                 q[:] = self._improved(state, feet, rotations, goal[i], before, flight_rate)
         return qpos
@@ -171,7 +168,7 @@ class PostureSolver:
             # With the weight of other joints the spine made up for the angular momentum of the legs
             # and bent by 90°; with that of the pelvis the trunk was thrown back at take-off.
             own[self._spine] = 2.0 * s.joint_weight
-        return posture_step(state, rows, self._standing, own, self._free, s.max_step)
+        return posture_step(state, rows, self._standing, own, self._free, MAX_STEP)
 
 
 def posture_step(

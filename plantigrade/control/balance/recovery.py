@@ -44,12 +44,14 @@ class RecoverySettings:
     foot_weight: float = 500.0
     """Weight of the position of a foot [per (m/s²)²]. Chosen (±20 %: deviation 10 %)."""
     foot_orientation_weight: float = 10.0
-    """Weight of the orientation of a foot [per (rad/s²)²]. Chosen (±20 %: deviation 8 %)."""
+    """Weight of the orientation of a foot [per (rad/s²)²], and of points that come to the ground
+    once there were steps [per (m/s²)²]: the heel of a foot that trails in a long stance cannot come
+    down, and must not outweigh balance. Chosen (±20 %: deviation 8 %)."""
     foot_orientation_gain: float = TaskSettings.rotation_stiffness
     """Stiffness of the orientation of a foot, critically damped [1/s²]; as in walking."""
-    foot_stopping_rate: float = 20.0
-    """Rate at which a foot about to stand comes to rest over the ground [1/s]. Chosen (±20 %:
-    deviation 19 %)."""
+    foot_stopping_rate: float = TaskSettings.foot_stiffness**0.5
+    """Rate at which a foot about to stand comes to rest over the ground [1/s]; that of feet in
+    walking."""
     upright_weight: float = 50.0
     """Weight of pelvis and trunk upright [per (rad/s²)²]. Hips and arms may help, but a deep bow
     leaves nothing for the next step."""
@@ -64,13 +66,10 @@ class RecoverySettings:
     momentum_reach: float = 0.05
     """Distance of desired pressure beyond the support: arms and trunk give the rest [m]. Chosen
     (±20 %: deviation 37 %)."""
-    landing_weight: float = 10.0
-    """``landing_weight`` of :class:`BalanceSettings` once there were steps [per (m/s²)²]. The heel
-    of a foot that trails in a long stance cannot come down, and must not outweigh balance."""
     contact_gain: float = TaskSettings.hanging_stiffness
     """Stiffness of the height of points that come to the ground, once there were steps [1/s²]; as
     of a standing foot that hangs off the ground, in walking."""
-    max_vertical_acceleration: float = TaskSettings.max_descent
+    max_vertical_acceleration: float = TaskSettings.max_vertical_acceleration
     """Greatest vertical acceleration of the centre of mass [m/s²]; as in walking. A body that sinks
     fast has no load on its feet, and no friction that stops a fall."""
     crouch: float = 0.06
@@ -228,9 +227,8 @@ class Recovery:
         place = contacts.touching.place
         ground = float(np.mean(place[:, 2])) if len(place) else 0.0
         soles, feet = [spheres[own] for own in self.foot_spheres], self.soles(body)[:, :2]
-        steps, disturbance = self.settings.step, self.disturbance.acceleration
-        limits = steps.min_pendulum_height, steps.support_margin
-        return PendulumState.of(body, ground, soles, feet, _heading(body), *limits, disturbance)
+        margin, disturbance = self.settings.step.support_margin, self.disturbance.acceleration
+        return PendulumState.of(body, ground, soles, feet, _heading(body), margin, disturbance)
 
     def lowering(self, body: BodyState) -> float:
         """Return how much lower the centre of mass is for the legs to reach the feet [m].

@@ -10,7 +10,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
-from plantigrade.control.balance.postures import posture_step
+from plantigrade.control.balance.postures import N_ITERATIONS, posture_step
 from plantigrade.control.gait.loads import LoadSettings
 from plantigrade.control.gait.support import inside
 from plantigrade.kinematics.state import PointSet, State, sweep
@@ -121,8 +121,6 @@ class PlatformSettings:
     joint_weight: float = 0.1
     """Weight of every joint [1/rad]. From 0.03 to 0.3 people stand on all twelve plates of
     ``experiment moving-slope``; with 0.01, as over posed feet, on none."""
-    n_iterations: int = 2
-    """Gauss-Newton steps of a tick. Chosen; four give the same."""
 
 
 class PlatformReference(Reference):
@@ -146,7 +144,6 @@ class PlatformReference(Reference):
         self._rotation = rotation.T @ body.rotations[self._segments]
         self._com = (body.com - position) @ rotation * [1.0, 1.0, 0.0]
         self._height = body.com[2] - (position + rotation @ self._com)[2]
-        self._n_iterations = settings.n_iterations
         self._own = np.full(human.model.nv, settings.joint_weight)
         self._own[:3], self._own[3:6] = 0.0, settings.pelvis_weight
         self._time, self._state = -1.0, _at_rest(body, np.zeros(human.model.nv), self._spheres)
@@ -161,7 +158,7 @@ class PlatformReference(Reference):
         under = position + rotation @ self._com
         com = np.array([*under[:2], under[2] + self._height])
         desired = rotation @ self._rotation
-        for _ in range(self._n_iterations):
+        for _ in range(N_ITERATIONS):
             moved = position + self._local @ rotation.T - body.origins[self._segments]
             turned = axis_error(desired, body.rotations[self._segments])
             spins = np.vstack([body.angular_jacobian(i) for i in self._segments])

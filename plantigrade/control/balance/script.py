@@ -44,36 +44,22 @@ from plantigrade.toml import parse_toml, read_toml
 
 MOTIONS = ("tiptoe", "tilt-inside", "tilt-outside", "circling", "one-foot", "jump")
 """Scripts that come with the package."""
+MAX_DURATION, MAX_OFFSET = 600.0, 0.5  # [s, m] of a script, of an ankle or the body in it
+RATE = 50.0  # [1/s] frames of the motion
 
 
 @dataclass(frozen=True, kw_only=True)
 class ScriptSettings:
-    """Limits of scripts, and how they become motions."""
+    """How scripts become motions."""
 
     solver: PostureSolverSettings = PostureSolverSettings()
     """Postures over the feet."""
-    min_duration: float = 0.1
-    """Shortest script [s]. Chosen."""
-    max_duration: float = 600.0
-    """Longest script [s]. Chosen."""
-    max_offset: float = 0.5
-    """Greatest offset of an ankle or the body along an axis [m]. Chosen."""
     max_force: float = 3.0
     """Greatest ground force a script may need [body weights]. Jumps for height take 2 to 2.5."""
-    reference_height: float = 1.74
-    """Stature that lengths in a script are meant for [m]. Chosen."""
-    rate: float = 50.0
-    """Frames of the motion [1/s]. Chosen."""
-    max_crouch_acceleration: float = 1.5
-    """Greatest acceleration tried at the bottom of a crouch [g]. Chosen."""
     heel_rise_powers: tuple[float, float] = (3.0, 12.0)
     """Least and greatest power of time by which a heel rises before a flight. Chosen."""
-    heel_off_height: float = 0.003
-    """Rise of an ankle from which its heel has left the ground [m], at the reference height."""
     cop_spread: tuple[float, float] = (0.5, 0.15)
     """Standard deviation of pressure about ``toward``, along and across what presses. Chosen."""
-    max_cost_exponent: float = 7.0
-    """Logarithm of the greatest factor of the cost of a force far from ``toward``. Chosen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,28 +94,27 @@ class Script:
         return self.frames[-1].time
 
 
-def script_named(word: str, settings: ScriptSettings | None = None) -> Script:
+def script_named(word: str) -> Script:
     """Return one of :data:`MOTIONS`, or the script in a TOML file.
 
     Args:
         word: Name of a motion, or the file.
-        settings: Limits of a script.
 
     Raises:
         ParameterError: If there is no such script, or it is no script.
     """
     if word in MOTIONS:
         text = files("plantigrade.control.balance").joinpath("motions", f"{word}.toml")
-        return _read(Path(str(text)), word, settings)
+        return _read(Path(str(text)), word)
     if not word.endswith(".toml"):
         raise ParameterError(
             f"no motion {word!r}; {known_names(word, list(MOTIONS))}, or a TOML file"
         )
-    return _read(Path(word), word, settings)
+    return _read(Path(word), word)
 
 
-def _read(path: Path, name: str, settings: ScriptSettings | None) -> Script:
-    table, settings = parse_toml(read_toml(path), path), settings or ScriptSettings()
+def _read(path: Path, name: str) -> Script:
+    table = parse_toml(read_toml(path), path)
     if unknown := set(table) - {"title", "frame"}:
         raise ParameterError(
             f"{name} says {', '.join(sorted(unknown))}; it may say title and frame"
@@ -143,18 +128,18 @@ def _read(path: Path, name: str, settings: ScriptSettings | None) -> Script:
         where = f"{name}, frame {i + 1}"
         if not isinstance(row, Mapping):
             raise ParameterError(f"{where} is no table")
-        frames.append(_frame(row, frames[-1], where, settings))
-    if frames[-1].time < settings.min_duration:
-        least = f"a script lasts {settings.min_duration:g} s at least"
+        frames.append(_frame(row, frames[-1], where))
+    if frames[-1].time < (shortest := 2.0 / RATE):
+        least = f"a script lasts {shortest:g} s at least"
         raise ParameterError(f"{name} ends at {frames[-1].time:g} s; {least}")
     return Script(str(table.get("title", name)), tuple(frames))
 
 
-def _frame(row: Mapping[str, Any], before: Frame, where: str, settings: ScriptSettings) -> Frame:
+def _frame(row: Mapping[str, Any], before: Frame, where: str) -> Frame:
     """Return a frame; what it does not mention is as in the one before."""
     if unknown := set(row) - {"time", "right", "left", "both", "body"}:
         raise ParameterError(f"{where} says {', '.join(sorted(unknown))}")
-    time, latest = row.get("time"), settings.max_duration
+    time, latest = row.get("time"), MAX_DURATION
     if time is None or not _is_number(time) or not before.time < time <= latest:
         raise ParameterError(
             f"{where}: time={time!r} must be after {before.time:g} s and at most {latest:g} s"
@@ -166,9 +151,7 @@ def _frame(row: Mapping[str, Any], before: Frame, where: str, settings: ScriptSe
             raise ParameterError(f"{where}: {word} may say ankle, presses and toward")
         for foot in feet:
             if "ankle" in entry:
-                ankle[foot] = _numbers(
-                    entry["ankle"], 3, settings.max_offset, f"{where}: ankle [m]"
-                )
+                ankle[foot] = _numbers(entry["ankle"], 3, MAX_OFFSET, f"{where}: ankle [m]")
             if "toward" in entry:
                 toward[foot] = _numbers(entry["toward"], 2, 1.0, f"{where}: toward")
             if "presses" in entry:
@@ -183,7 +166,7 @@ def _frame(row: Mapping[str, Any], before: Frame, where: str, settings: ScriptSe
                 presses[foot] = marks(*names)
     body = before.body
     if "body" in row:
-        body = _numbers(row["body"], 3, settings.max_offset, f"{where}: body [m]")
+        body = _numbers(row["body"], 3, MAX_OFFSET, f"{where}: body [m]")
     return Frame(float(time), ankle, presses, body, toward)
 
 

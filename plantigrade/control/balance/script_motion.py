@@ -17,14 +17,17 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.balance.postures import PostureSolver, velocities_of
 from plantigrade.control.balance.reference import MotionReference
-from plantigrade.control.balance.script import Frame, Script, ScriptSettings
+from plantigrade.control.balance.script import RATE, Frame, Script, ScriptSettings
 from plantigrade.control.gait.support import inside
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.models.coordinates import REFERENCE_HEIGHT
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import runs
 
 N_SAMPLES = 60  # between two frames, where the force is looked at
+MAX_COST_EXPONENT = 7.0  # of a force far from ``toward``: keeps the program well posed
+MIN_RISE = 1e-4  # [m] rise of an ankle that is none: with 3 mm jumps rose by 7 to 13 cm, now by 13
 N_ACCELERATIONS = 31  # tried at the bottom of a crouch
 FORCE_TOLERANCE = 0.05  # [body weights] of a pull that is the quintic's, not the script's
 
@@ -37,16 +40,16 @@ def scripted(
     Args:
         human: The person; with multi-segment feet.
         script: The script.
-        settings: Limits, rate and weights.
+        settings: Limits and weights.
 
     Raises:
         ParameterError: If the feet are of another kind, the script begins or ends in the air, or
             the ground cannot push as hard as a flight asks for.
     """
     s = settings or ScriptSettings()
-    time = np.arange(round(script.duration * s.rate) + 1) / s.rate
+    time = np.arange(round(script.duration * RATE) + 1) / RATE
     solver = PostureSolver(human, s.solver)
-    frames, scale = script.frames, human.height / s.reference_height
+    frames, scale = script.frames, human.height / REFERENCE_HEIGHT
     at = np.array([f.time for f in frames])
     segment = np.clip(np.searchsorted(at, time, side="right") - 1, 0, len(frames) - 2)
     presses = np.array([f.presses for f in frames])
@@ -71,11 +74,11 @@ def scripted(
         for k, flat in ((a - 1, a - 1), (b, b + 1)):
             if 0 <= k < len(between):
                 own = segment == k
-                low = np.abs(ankle[own, :, 2] - ankles[flat, :, 2]) < s.heel_off_height * scale
+                low = np.abs(ankle[own, :, 2] - ankles[flat, :, 2]) < MIN_RISE
                 marked[own] = np.where(low[..., None], presses[flat], marked[own])
     goal = np.column_stack([through(at, goals, time), solver.com[2] + rise])
-    qpos = solver.path(ankle, marked, goal, s.rate if flights else 0.0)
-    motion = Motion(time, qpos, velocities_of(human, qpos, s.rate), human.joint_names)
+    qpos = solver.path(ankle, marked, goal, RATE if flights else 0.0)
+    motion = Motion(time, qpos, velocities_of(human, qpos, RATE), human.joint_names)
     spheres = solver.spheres_of(marked)
     reference = MotionReference(
         human, motion, spheres, flights=[(float(at[a]), float(at[b])) for a, b in flights]
@@ -104,7 +107,7 @@ def _force_cost(spheres: Array, own: Array, toward: Array, settings: ScriptSetti
         low, high = points.min(axis=0), points.max(axis=0)
         pressure = 0.5 * (low + high + toward[i] * (high - low))
         distance = (points - pressure) / (np.array(settings.cop_spread) * (high - low))
-        exponent = np.minimum(0.5 * (distance**2).sum(axis=1), settings.max_cost_exponent)
+        exponent = np.minimum(0.5 * (distance**2).sum(axis=1), MAX_COST_EXPONENT)
         cost[i, own[i]] = np.exp(exponent)
     return cost
 
@@ -189,7 +192,7 @@ def com_height(
         slopes[[a, b]] = mean + 0.5 * GRAVITY * span, mean - 0.5 * GRAVITY * span
         accelerations[[a, b]] = -GRAVITY
     fall, bound = {a for a, _ in edges}, {i for pair in edges for i in pair}
-    tried = np.linspace(0.0, settings.max_crouch_acceleration, N_ACCELERATIONS) * GRAVITY
+    tried = np.linspace(0.0, settings.max_force - 1.0, N_ACCELERATIONS) * GRAVITY
     for turn in (i for a, b in edges for i in (a - 1, b + 1)):
         if 0 < turn < len(at) - 1 and turn not in bound:
             slopes[turn] = 0.0

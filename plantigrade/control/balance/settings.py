@@ -80,10 +80,10 @@ class BalanceSettings:
     spine_weight: float = 0.2
     """Weight of lumbar and thoracic joints [per (rad/s²)²]: what keeps balance moves. Chosen (±20
     %: deviation 22 %)."""
-    arm_weight: float = 0.05
-    """Weight of the joints of the arms [per (rad/s²)²]. Chosen (±20 %: deviation 18 %)."""
-    hip_weight: float = 0.3
-    """Weight of the hips [per (rad/s²)²]. Chosen (±20 %: deviation 62 %)."""
+    arm_weight: float = TaskSettings.arm_weight**2
+    """Weight of the joints of the arms [per (rad/s²)²]; as in walking."""
+    hip_weight: float = TaskSettings.leg_weight**2
+    """Weight of the hips [per (rad/s²)²]; as in walking."""
     contact_gain: float = 300.0
     """Stiffness of the height of points that stay on the ground or come to it, critically damped
     [1/s²]. From 200 to 400 people of all sizes stand on tiptoe on soles that yield; with 150 and

@@ -14,6 +14,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.record import Record
+from plantigrade.wbc.tasks.contact import ContactSettings
 from plantigrade.world.world_model import world_model
 
 N_FRAMES = 60  # frames in which overlaps are looked for
@@ -28,8 +29,8 @@ class ClearanceSettings:
 
     max_abduction: float = float(np.deg2rad(16.0))
     """Greatest abduction [rad]. Chosen (±20 %: not met)."""
-    min_overlap: float = 0.002
-    """Depth of an overlap from which it counts [m]. Chosen (±20 %: not met)."""
+    min_overlap: float = ContactSettings.touching_height
+    """Depth of an overlap from which it counts [m]; as of soles that touch."""
 
 
 @dataclass(frozen=True)

@@ -21,10 +21,10 @@ class DisturbanceSettings:
     n_samples: int = 5
     """Number of ticks whose median counts; a touchdown spoils single ones. Chosen (±20 %: deviation
     15 %)."""
-    max_force_change: float = 0.15
-    """Change of the ground force above which a tick is left out [body weights]. Chosen (±20 %:
-    deviation 49 %)."""
-    deadband: float = 0.7
+    max_force_change: float = 1.0
+    """Change of the ground force above which a tick is left out [body weights]. Chosen: of a walk
+    it changes at every tick."""
+    deadband: float = 0.25
     """Acceleration up to which there is no disturbance; full from twice that on [m/s²]. Chosen (±20
     %: deviation 12 %)."""
 

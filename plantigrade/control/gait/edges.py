@@ -23,8 +23,8 @@ class EdgeSettings:
     passing_distance: float = 0.08
     """Horizontal distance from which a swing foot passes an edge; over twice as much from lift-off
     and touchdown its clearance fades [m]. Chosen (±20 %: not met)."""
-    smoothing_time: float = 0.06
-    """Time by which the lift is spread to either side [s]. Chosen (±20 %: not met)."""
+    smoothing_time: float = 0.05
+    """Time by which the lift is spread to either side [s]. Chosen."""
 
 
 def lifts(

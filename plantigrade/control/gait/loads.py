@@ -10,9 +10,11 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.site import ContactSite
 from plantigrade.control.gait.kinematics import Kinematics
 from plantigrade.control.gait.schedule import settled
+from plantigrade.control.gait.step import StepSettings
 from plantigrade.motion.filters import runs
 from plantigrade.motion.motion import interpolate
 from plantigrade.record import Record
+from plantigrade.wbc.forces import ForceSettings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,28 +26,26 @@ class LoadSettings:
     deviation 8 %)."""
     max_speed: float = 0.4
     """Speed up to which it may [m/s]. Chosen (±20 %: deviation 12 %)."""
-    max_sliding_speed: float = 0.0
-    """Speed up to which the slower foot near the ground does where no foot is as slow as that
-    [m/s]: a stride that turns, closed, lets feet slide that stood, and a walk does not fly."""
+    flies: bool = True
+    """Whether no foot may carry load. Else the slower foot near the ground does: a stride that
+    turns, closed, lets feet slide that stood, and a walk does not fly."""
     max_height_difference: float = 0.006
     """Height above the lowest sphere of a loaded foot up to which one shares its load [m]. Heels
     that were held down until they were 20 mm up rose late, and the stance leg was straight before
     (knee moment r .64, now .79); 10 mm is worse, both on the calibration half of ``experiment
     human-likeness``."""
-    max_rest_speed: float = 0.1
-    """Speed below which a sphere near the ground is at rest, whatever its height [m/s]: soles of
-    shoes are not flat, and with the load of standing feet on their lowest spheres alone, the toes,
-    recorded sit-to-stands fell backward. Chosen."""
-    min_rest_time: float = 1.0
-    """Time for which it then is at rest [s]; soles of a walk are for less than .6 s. Chosen."""
+    max_rest_speed: float = StepSettings.rest_speed
+    """Speed below which a sphere near the ground is at rest, whatever its height [m/s], as is a
+    body after its steps: soles of shoes are not flat, and with the load of standing feet on their
+    lowest spheres alone, the toes, recorded sit-to-stands fell backward."""
+    min_rest_time: float = 1.2
+    """Time for which it then is at rest [s], that of a stride; soles of a walk are for less than
+    half of it. Chosen."""
     min_unknown_load: float = 0.2
     """Least load shared by touching feet of which nothing is known [body weights]. Chosen (±20 %:
     not met)."""
-    min_foot_load: float = 0.035
-    """Load below which a foot is in the air [body weights]. Chosen (±20 %: not met)."""
-    max_foot_height: float = 0.05
-    """Height of a foot above which it carries nothing, whatever was estimated [m]. Chosen (±20 %:
-    not met)."""
+    min_foot_load: float = ForceSettings.min_foot_load
+    """Load below which a foot is in the air [body weights]; as where forces are planned."""
 
 
 def site_forces(
@@ -109,9 +109,7 @@ def site_loads(
     feet[feet < least] = 0.0
     for i, side in enumerate(SIDES):
         if record.has_forces and not record.foot(side).measured.any():
-            low = height[:, own[i]].min(axis=1)
-            lands = settled(touches[:, i], round(min_duration / step))
-            feet[(low > settings.max_foot_height) | ~lands, i] = 0.0
+            feet[~settled(touches[:, i], round(min_duration / step)), i] = 0.0
     for i, mine in enumerate(own):
         low = height[:, mine]
         lowest = low <= low.min(axis=1)[:, None] + settings.max_height_difference
@@ -173,7 +171,9 @@ def _near(height: Array, speed: Array, own: Sequence[Array], settings: LoadSetti
     """Return which spheres may carry load, by height [m] and speed [m/s]; ``own``: of each foot."""
     low = height < settings.max_height
     near = low & (speed < settings.max_speed)
-    sliding = np.where(low & (speed < settings.max_sliding_speed), speed, np.inf)
+    if settings.flies:
+        return near
+    sliding = np.where(low, speed, np.inf)
     slowest = np.stack([sliding[:, mine].min(axis=1) for mine in own], axis=1)
     alone = ~near.any(axis=1)
     for mine, each in zip(own, slowest.T, strict=True):

@@ -10,6 +10,8 @@ from plantigrade.constants import GRAVITY
 from plantigrade.control.gait.support import inside
 from plantigrade.kinematics.state import State
 
+MIN_PENDULUM_HEIGHT = 0.3  # [m] keeps the rate finite for bodies that have fallen
+
 
 @dataclass(frozen=True, eq=False)
 class PendulumState:
@@ -32,7 +34,6 @@ class PendulumState:
         soles: Sequence[Float[Array, "_ 3"]],
         feet: Float[Array, "2 2"],
         heading: Float[Array, " 2"],
-        min_height: float,
         margin: float,
         disturbance: Float[Array, " 2"] | None = None,
     ) -> "PendulumState":
@@ -43,12 +44,11 @@ class PendulumState:
             soles: Points of each sole [m].
             feet: Middle of each sole, over the ground [m].
             heading: Direction in which the person faces.
-            min_height: Least height of the pendulum [m].
             margin: Distance of pressure from the edge of a sole [m].
             disturbance: Acceleration by forces other than the ground's [m/s²].
         """
         com, velocity = body.com[:2], body.com_velocity[:2]
-        height = max(float(body.com[2]) - ground, min_height)
+        height = max(float(body.com[2]) - ground, MIN_PENDULUM_HEIGHT)
         capture = com + velocity / np.sqrt(GRAVITY / height)
         pressure = [inside(own[:, :2], capture, margin) for own in soles]
         disturbance = np.zeros(2) if disturbance is None else disturbance

@@ -38,6 +38,16 @@ class SoleShape:
     toes: float  #: Tip of the toes ahead of the ankle [m]
     half_width: float  #: Half the distance of the outermost spheres, of their centres [m]
 
+    @property
+    def length(self) -> float:
+        """From heel to toes [m]."""
+        return self.toes - self.heel
+
+    @property
+    def clear_way(self) -> Float[Array, " 2"]:
+        """Half axes, ahead and sideways, of the ellipse that another ankle goes around [m]."""
+        return np.array([self.toes, 2.0 * self.half_width])
+
     @classmethod
     def of(cls, human: Human) -> "SoleShape":
         """Return the sole of a person; where no sphere is a metatarsal, its ball is at two thirds.

@@ -14,6 +14,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.loads import LoadSettings
 from plantigrade.control.gait.reference import Reference
+from plantigrade.control.gait.step import StepSettings
 from plantigrade.control.gait.swing import SwingOffset, SwingOffsetSettings
 from plantigrade.wbc.forces import ForceSettings
 from plantigrade.wbc.tasks.contact import ContactSettings
@@ -50,12 +51,13 @@ class GaitSettings:
     [m/s]. Chosen (±20 %: deviation 7 %)."""
     max_wait: float = 0.3
     """Time for which the phase waits for a foot [s]. Chosen (±20 %: not met)."""
-    stance_time: float = 0.05
-    """Time constant of the offset of a stance foot [s]. Chosen (±20 %: 0.8 s)."""
+    stance_time: float = StepSettings.load_transfer_duration
+    """Time constant of the offset of a stance foot [s], which settles while it takes its load."""
     rate_time: float = 0.02
     """Time constant of the rate of the phase [s]. Chosen (±20 %: deviation 7 %)."""
-    recovery_gain: float = 0.3
-    """Gain by which the phase returns to the time [1/s]. Chosen (±20 %: deviation 17 %)."""
+    return_rate: float = 0.2
+    """Rate at which a walk returns to its time and to its path, and a lasting error of its speed is
+    corrected [1/s]. Chosen (±20 %: deviation 17 %)."""
     max_recovery: float = 0.05
     """Greatest change of the rate for that. Chosen (±20 %: deviation 5 %)."""
     joint_damping: float = 0.012
@@ -254,7 +256,7 @@ class Gait:
         if any(f.early for f in self.feet):
             rate = max(rate, settings.early_rate)
         else:
-            rate *= 1.0 - min(max(settings.recovery_gain * (self.phase - time), -most), most)
+            rate *= 1.0 - min(max(settings.return_rate * (self.phase - time), -most), most)
         self.rate += min(step / settings.rate_time, 1.0) * (rate - self.rate)
         ends = [f.touchdown for f in self.feet if not f.in_stance]
         self.phase = min([self.phase + step * self.rate, *[t for t in ends if t > self.phase]])

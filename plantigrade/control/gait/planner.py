@@ -22,6 +22,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.divergent import effective_pivot
+from plantigrade.control.gait.step import StepSettings
+from plantigrade.control.gait.swing import SwingOffsetSettings
 
 LIMIT_COST = 1e4  # [1/m²] of leaving limits, or what a swing foot lacks: far above all others
 
@@ -30,8 +32,9 @@ LIMIT_COST = 1e4  # [1/m²] of leaving limits, or what a swing foot lacks: far a
 class FootstepSettings:
     """Limits and costs of the footsteps of a gait; costs are relative to those of offsets."""
 
-    rates: tuple[float, ...] = (0.8, 0.9, 1.0, 1.15, 1.3, 1.5, 1.75, 2.0)
-    """Rates of the phase until touchdown that the planner compares. Chosen (±20 %: 0.9 s)."""
+    rates: tuple[float, ...] = (0.35, 0.5, 0.68, 0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5)
+    """Rates of the phase until touchdown that the planner compares, slow ones for a foot that is
+    late. Chosen (±20 %: 0.9 s)."""
     offset_decay: float = 0.85
     """Part of a footstep's offset that is left after the next step. Chosen (±20 %: deviation 14
     %)."""
@@ -41,25 +44,26 @@ class FootstepSettings:
     """Offset to the side that costs 1 [leg lengths]. Chosen (±20 %: 1.3 s)."""
     rate_cost: float = 36.0
     """Cost of ln(rate)². Chosen (±20 %: deviation 5 %)."""
-    max_step_length: float = 1.3
-    """Greatest distance of a footstep ahead of or behind the stance foot [leg lengths]. Chosen (±20
-    %: not met)."""
-    max_step_width: float = 1.0
-    """Greatest lateral distance of a footstep from the stance foot [leg lengths]. Chosen
-    (±20 %: 0.9 s)."""
-    crossover_length: float = 0.3
-    """Step length from which the foot may cross over in front of the other [leg lengths]. Chosen.
-
-    Nearer, the legs are in each other's way.
-    """
-    crossover_width: float = -0.04
-    """Least step width of a crossover step, negative beyond the other foot [leg lengths]. Chosen
-    (±20 %: not met)."""
+    max_step_length: float = 2.0 * StepSettings.max_leg_extension
+    """Greatest distance of a footstep ahead of or behind the stance foot [leg lengths]: both legs
+    extended as in recovery steps."""
+    max_step_width: float = StepSettings.max_step
+    """Greatest lateral distance of a footstep from the stance foot [leg lengths]; as of recovery
+    steps."""
+    crossover_length: float = SwingOffsetSettings.passing_length
+    """Step length from which the foot may cross over in front of the other [leg lengths]; as in
+    passing it."""
+    crossover_width: float = -SwingOffsetSettings.passing_length
+    """Least step width of a crossover step, negative beyond the other foot [leg lengths]; as far as
+    a foot is ahead that crosses over."""
     next_step_cost: float = 0.3
     """Cost of what the step after the next has to make up, by that of the next: with 1, a turn to
     and fro began with a step of 49 cm to the side, with 0.3 of 36 cm."""
-    next_step_time: float = 0.35
-    """Least time from one touchdown to the next [s]. Chosen (±20 %: below 2 %)."""
+
+    @property
+    def next_step_time(self) -> float:
+        """Least time from one touchdown to the next [s]; that of the fastest recovery step."""
+        return StepSettings().step_time
 
     def decayed(self, weights: Float[Array, " k"]) -> float:
         """Return the weight of successive stances whose offsets decay from one to the next."""
@@ -152,7 +156,7 @@ class FootstepLimits:
     min_width: float  #: Least step width [m]
     swing_offset: Float[Array, " 2"]  #: Offset at which the foot would land where it is now [m]
     settings: FootstepSettings = FootstepSettings()  #: Limits and costs
-    max_foot_speed: float = np.inf  #: Greatest mean speed of the swing foot [m/s]
+    max_foot_acceleration: float = np.inf  #: Greatest acceleration of the swing foot [m/s²]
 
     @cached_property
     def rates(self) -> Float[Array, " m"]:
@@ -209,13 +213,19 @@ class FootstepLimits:
     ) -> Float[Array, " m"]:
         """Return the cost of footsteps that the swing foot does not reach in time.
 
+        It goes along a cubic, whose acceleration is greatest at its ends.
+
         Args:
             offset: Offset of the footstep [m].
             left: Time until touchdown [s].
         """
+        missed = self.way(offset, left) - self.max_foot_acceleration * left**2 / 6.0
+        return LIMIT_COST * np.maximum(missed, 0.0) ** 2
+
+    def way(self, offset: Float[Array, "m 2"], left: Float[Array, " m"]) -> Float[Array, " m"]:
+        """Return how far the swing foot has to be moved [m]; arguments as for `swing_cost`."""
         away = offset - self.swing_offset
-        far = np.sqrt((away * away).sum(axis=1))
-        return LIMIT_COST * np.maximum(far - self.max_foot_speed * left, 0.0) ** 2
+        return np.sqrt((away * away).sum(axis=1))
 
 
 def _clipped(x: Array, low: Array | float, high: float) -> Array:

@@ -48,9 +48,9 @@ class ReferenceSettings:
     edges: EdgeSettings = EdgeSettings()
     rest_speed: float = StepSettings.rest_speed
     """Velocity below which a motion rests at its beginning or end [m/s, rad/s]; as after steps."""
-    min_cop_load: float = 0.1
-    """Load from which the centre of pressure is that of the spheres [body weights]. Chosen (±20 %:
-    not met)."""
+    min_cop_load: float = LoadSettings.min_foot_load
+    """Load from which the centre of pressure is that of the spheres [body weights]; as of a foot
+    on the ground."""
     cop_smoothing: float = 0.03
     """Standard deviation of the filter of the centre of pressure of a walk that repeats itself [s]:
     estimated from the spheres that touch it leaps, where that of people rolls from heel to toes."""

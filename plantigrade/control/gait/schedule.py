@@ -8,6 +8,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.control.gait.divergent import offset_weights
+from plantigrade.wbc.forces import ForceSettings
 
 N_TIME_CONSTANTS = 13.0  # of the pendulum, after which offsets of feet weigh a millionth
 
@@ -16,8 +17,6 @@ N_TIME_CONSTANTS = 13.0  # of the pendulum, after which offsets of feet weigh a 
 class StanceSettings:
     """When contact spheres carry load."""
 
-    min_sphere_load: float = 0.001
-    """Load from which a sphere carries [body weights]. Chosen (±20 %: not met)."""
     lead_time: float = 0.010
     """Time before its load at which a sphere is in contact [s]. Chosen (±20 %: 0.8 s)."""
     min_duration: float = 0.06
@@ -127,10 +126,10 @@ def carrying(
         weight: Weight of the person [N].
         step: Time step of the grid [s].
         periodic: Whether the last row is the first of the next period.
-        settings: Least load, and lead time.
+        settings: Lead time. The least load is that of a foot, evenly on all spheres.
     """
     settings = settings or StanceSettings()
-    on = load > settings.min_sphere_load * weight
+    on = load > ForceSettings.min_foot_load * weight / load.shape[1]
     rows = on[:-1] if periodic else on
     early = rows.copy()
     for i in range(1, round(settings.lead_time / step) + 1):

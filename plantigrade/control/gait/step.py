@@ -6,7 +6,8 @@ after a time :math:`T` at
 
 .. math:: \xi_T = p - s + (\xi + s - p)\, e^{\omega T} ,
 
-with :math:`s = a / \omega^2` while a disturbance accelerates the body by :math:`a`.
+with :math:`s = a / \omega^2` while a disturbance accelerates the body by :math:`a`, which an
+estimated one is expected to do for :math:`1 / \omega`.
 As long as :math:`\xi` lies within the support polygon, pressure there can bring the body to rest.
 Once it has left it, nothing but a step can (or arms and trunk, for a little).
 
@@ -26,6 +27,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.pendulum_state import PendulumState
 from plantigrade.control.gait.support import drawn_to
+from plantigrade.control.gait.swing import SwingOffsetSettings
 
 N_AHEAD, N_ASIDE = 8, 6  # grid of positions among which the planner chooses
 
@@ -36,26 +38,23 @@ class StepSettings:
 
     swing_durations: tuple[float, ...] = (0.22, 0.27, 0.33, 0.4)
     """Swing durations the planner compares, shortest first [s]. Chosen (±20 %: deviation 5 %)."""
-    load_transfer_duration: float = 0.05
+    load_transfer_duration: float = SwingOffsetSettings.min_arrival_time
     """Time from a touchdown until the foot carries load, and from then until the other one may be
-    lifted [s]. Chosen (±20 %: deviation 6 %)."""
-    max_foot_acceleration: float = 80.0
-    """Greatest acceleration of a swing foot along each axis [m/s²]. Chosen (±20 %: deviation 63
-    %)."""
+    lifted [s]; as of arriving."""
+    max_foot_acceleration: float = SwingOffsetSettings.max_acceleration
+    """Greatest acceleration of a swing foot along each axis [m/s²]; as in walking."""
     n_steps: int = 3
     """Number of steps the planner looks ahead. Chosen: lateral pushes take up to three."""
     capture_margin: float = 0.03
     """Distance of the capture point from the edge of the support at which a step begins [m]: for a
     first step inside, as a foot can be lifted only while the other one carries, and a push to the
     side takes the load off the one that has to stand; for later ones of balance outside."""
-    max_step_forward: float = 1.0
-    """Half-axis of the ellipse of positions before the other foot [leg lengths]. Chosen (±20 %:
-    deviation 23 %)."""
+    max_step: float = 1.05
+    """Half-axis of the ellipse of positions before the other foot, and to its side [leg lengths].
+    Chosen (±20 %: deviation 23 %)."""
     max_step_back: float = 0.72
     """The same behind the other foot [leg lengths]. Farther back its hip is at the stop and pushes
     the body over the other foot: 1 step became 6."""
-    max_step_width: float = 1.05
-    """The same to the side of the other foot [leg lengths]. Chosen (±20 %: deviation 40 %)."""
     min_step_width: float = 0.17
     """Least lateral distance of a foot from the other [leg lengths]. Chosen (±20 %: deviation
     3 %)."""
@@ -71,22 +70,22 @@ class StepSettings:
     support_margin: float = 0.015
     """Distance of desired pressure and centre of mass from the edge of the support [m]. Chosen (±20
     %: deviation 72 %)."""
-    disturbance_duration: float = 0.3
-    """Time for which an estimated disturbance is assumed to last [s]. Chosen (±20 %: deviation 21
-    %)."""
     capture_error_cost: float = 0.5
     """Cost of the capture error after this step, that after the last one costing 1. Chosen: without
     it, pushes of 180 N to eight sides took 20 steps and a fall in place of 15 steps."""
     rest_speed: float = 0.2
     """Speed of the centre of mass below which the body may be at rest after its steps [m/s].
     Chosen (±20 %: below 2 %)."""
-    min_pendulum_height: float = 0.3
-    """Least height of the pendulum [m]: keeps its rate finite for bodies that have fallen."""
 
     @property
     def capture_threshold(self) -> float:
         """Distance of the capture point outside the support at which a first step begins [m]."""
         return -self.capture_margin
+
+    @property
+    def step_time(self) -> float:
+        """Least time from one touchdown to the next [s]."""
+        return self.swing_durations[0] + 2.0 * self.load_transfer_duration
 
     def reached(self, duration: float) -> float:
         """Return how far a foot gets in a time, on a cubic from rest to rest [m]."""
@@ -113,13 +112,13 @@ class StepPlanner:
         self.leg_length, self.settings = leg_length, settings or StepSettings()
         s = self.settings
         self.min_width = s.min_step_width * leg_length
-        self.width_range = (s.max_step_width - s.min_step_width) * leg_length
-        self.max_forward = s.max_step_forward * leg_length
+        self.width_range = (s.max_step - s.min_step_width) * leg_length
+        self.max_forward = s.max_step * leg_length
         self.max_back = s.max_step_back * leg_length
         self.max_extension = s.max_leg_extension * leg_length
         self.overshoot = s.capture_overshoot * leg_length
-        x = leg_length * np.linspace(-s.max_step_back, s.max_step_forward, N_AHEAD)
-        y = leg_length * np.linspace(s.min_step_width, s.max_step_width, N_ASIDE)
+        x = leg_length * np.linspace(-s.max_step_back, s.max_step, N_AHEAD)
+        y = leg_length * np.linspace(s.min_step_width, s.max_step, N_ASIDE)
         self._grid = x[:, None, None], y[None, :, None]
 
     def lowering(self, distance: float) -> float:
@@ -156,7 +155,7 @@ class StepPlanner:
                 no limit if absent [m/s].
         """
         s, other = self.settings, 1 - side
-        pivot, disturbed = now.pressure[other], s.disturbance_duration
+        pivot, disturbed = now.pressure[other], 1.0 / now.omega
         elapsed = duration + s.load_transfer_duration
         capture, com = now.moved(pivot, now.capture_point, now.com, elapsed, disturbed)
         desired = self._overshot(capture, pivot) + now.remaining_shift(disturbed - elapsed)
@@ -194,15 +193,14 @@ class StepPlanner:
     ) -> Array:
         """Return the capture errors after the steps that follow, each as fast as can be [m]."""
         s, swing = self.settings, self.settings.swing_durations[0]
-        disturbed = s.disturbance_duration
+        disturbed = 1.0 / now.omega
         for _ in range(s.n_steps - 1):
             left = disturbed - elapsed
             stance = feet[:, side]
             aims = np.broadcast_to(capture + now.remaining_shift(left), stance.shape)
             pivots = stance + drawn_to(aims - stance, np.zeros(2), s.sole_radius)
-            duration = swing + 2 * s.load_transfer_duration
-            capture, _ = now.moved(pivots, capture, capture, duration, left)
-            elapsed += duration
+            capture, _ = now.moved(pivots, capture, capture, s.step_time, left)
+            elapsed += s.step_time
             aim = self._overshot(capture, pivots) + now.remaining_shift(disturbed - elapsed)
             side = 1 - side
             limited = drawn_to(

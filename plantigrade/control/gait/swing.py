@@ -14,19 +14,21 @@ _MIN_SEGMENT = 0.02  # [s] keeps the duration of both parts of a path off zero
 class SwingOffsetSettings:
     """How the offset of a swing foot reaches that of its footstep, past the other leg."""
 
-    max_acceleration: float = 60.0
-    """Greatest acceleration of the offset, or of a foot on a path of its own [m/s²]. Chosen (±20 %:
-    deviation 30 %)."""
+    max_acceleration: float = 80.0
+    """Greatest acceleration of a swing foot: of its offset, or on a path of its own [m/s²]. Chosen
+    (±20 %: deviation 30 %)."""
     arrival_lead: float = 0.02
     """Time before touchdown at which the foot is over its footstep [s]. Chosen (±20 %: 0.6 s)."""
     min_arrival_time: float = 0.05
-    """Least time in which the path ends [s]. Chosen (±20 %: deviation 29 %)."""
+    """Least time in which the path ends, and in which a foot then takes its load [s]. Chosen (±20
+    %: deviation 29 %)."""
     min_foot_distance: float = 0.08
     """Least lateral distance of the feet, unless the motion has less [leg lengths]. Chosen (±20 %:
     deviation 25 %)."""
     passing_length: float = 0.30
-    """Distance ahead or behind within which a foot passes the other on its side [leg lengths].
-    Chosen (±20 %: deviation 14 %)."""
+    """Distance ahead or behind within which a foot passes the other on its side, and beyond which
+    it may land across the other: nearer, the legs are in each other's way [leg lengths]. Chosen
+    (±20 %: deviation 14 %)."""
     passing_slope: float = 0.5
     """Decrease of the lateral distance by the distance beyond that. Chosen (±20 %: deviation 19
     %)."""

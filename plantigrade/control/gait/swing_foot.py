@@ -27,7 +27,8 @@ class SwingSettings:
     arrival_lead: float = SwingOffsetSettings.arrival_lead
     """Time before touchdown at which the foot is over its footstep [s]; as in walking."""
     height_gain: float = 600.0
-    """Stiffness of the height of a swing foot [1/s²]. Chosen (±20 %: deviation 47 %)."""
+    """Stiffness of the height of a swing foot, critically damped [1/s²]. Chosen: with the 400 of
+    walking, pushes of 120 N to eight sides ended in five falls in place of one."""
 
     @property
     def height_damping(self) -> float:

@@ -38,17 +38,11 @@ class TaskSettings:
     """Centre of mass along world axes [per m/s²]: legs give way to its height, which is lowered for
     far footsteps."""
     foot_weight: float = 10.0
-    """Position of a swinging foot [per m/s²]. Chosen (±20 %: deviation 2 %)."""
-    swing_rotation_weight: float = 2.0
-    """Rotation of a swinging foot, and of a standing one that hangs off the ground in part [per
-    rad/s²]. Chosen (±20 %: below 2 %)."""
-    stance_rotation_weight: float = 2.0
-    """Rotation of a standing foot about horizontal axes [per rad/s²]. Chosen: contacts lead it."""
-    contact_weight: float = 10.0
-    """Points held on the ground [per m/s²]. Chosen."""
-    max_foot_error: float = 0.15
-    """Error of a foot's position beyond which the pull grows no further [m]. Chosen (±20 %: not
-    met)."""
+    """Position of a swinging foot, and of points held on the ground [per m/s²]. Chosen (±20 %:
+    deviation 2 %)."""
+    rotation_weight: float = 2.0
+    """Rotation of a foot, of a standing one about horizontal axes [per rad/s²]. Chosen (±20 %:
+    below 2 %): paths and contacts lead it."""
 
     torque_weight: float = 0.5
     """Torque off the motion's, as a part of the joint's strength. Chosen."""
@@ -66,11 +60,9 @@ class TaskSettings:
     """Feedback of the divergent component by the centre of pressure [1/s]."""
     com_height_stiffness: float = 400.0
     """Stiffness of the height of the centre of mass, critically damped [1/s²]."""
-    max_descent: float = 3.0
-    """Greatest downward acceleration of the mass [m/s²]: a body that falls can neither
-    press nor step."""
-    max_ascent: float = 4.0
-    """Greatest upward acceleration of the mass [m/s²]: more would throw it into the air."""
+    max_vertical_acceleration: float = 4.0
+    """Greatest vertical acceleration of the mass [m/s²]: a body that falls can neither press nor
+    step, and one that rises faster would be thrown into the air."""
     rise_time: float = 0.5
     """Time constant with which a lowered body rises again [s]: faster, it was thrown up between
     steps."""
@@ -127,7 +119,7 @@ class TaskSettings:
             normal,
             stiffness=self.foot_stiffness,
             damping=2.0 * self.foot_stiffness**0.5,
-            weight=self.contact_weight**2,
+            weight=self.foot_weight**2,
         )
 
 
@@ -142,24 +134,19 @@ class TrackingTasks:
     def __init__(self, feet: PointSet, settings: TaskSettings):
         s = self.settings = settings
         self.com = LinearMomentumTask(feet.human.mass, weight=np.array(s.com_weight) ** 2)
-        sides = range(len(feet))
+        sides, stiffness = range(len(feet)), (s.rotation_stiffness, s.hanging_stiffness)
         self.swing = [
             PointTask(
                 feet,
                 which=i,
-                max_error=s.max_foot_error,
                 stiffness=s.foot_stiffness,
                 weight=s.foot_weight**2,
             )
             for i in sides
         ]
-        kinds = (
-            (s.rotation_stiffness, s.swing_rotation_weight),
-            (s.rotation_stiffness, s.stance_rotation_weight),
-            (s.hanging_stiffness, s.swing_rotation_weight),
-        )
+        weight = s.rotation_weight**2
         self._turns = [
-            [OrientationTask(int(feet.body[i]), stiffness=k, weight=w**2) for k, w in kinds]
+            [OrientationTask(int(feet.body[i]), stiffness=k, weight=weight) for k in stiffness]
             for i in sides
         ]
 
@@ -172,11 +159,9 @@ class TrackingTasks:
             i: Which foot.
             target: Rotation, angular velocity and acceleration.
             normal: Normal of the ground where the foot stands; none where it swings.
-            hangs: Whether a standing foot hangs off the ground in part. It is laid on the ground as
-                firmly as one that swings.
+            hangs: Whether a standing foot hangs off the ground in part.
         """
-        swing, stance, hanging = self._turns[i]
-        task = swing if normal is None else hanging if hangs else stance
+        task = self._turns[i][hangs and normal is not None]
         task.target = target
         task.directions = None if normal is None else np.eye(3) - normal[:, None] * normal
         return task

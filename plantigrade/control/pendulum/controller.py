@@ -10,7 +10,7 @@ from plantigrade.constants import SIDES
 from plantigrade.control.gait.clearance import Clearance, clearance_of
 from plantigrade.control.gait.disturbance import DisturbanceEstimator
 from plantigrade.control.gait.instant import Instant
-from plantigrade.control.gait.person import Person
+from plantigrade.control.gait.person import Person, leg_length
 from plantigrade.control.gait.phase import Gait
 from plantigrade.control.gait.reference import STEP, Reference, reference_of
 from plantigrade.control.pendulum.feet import Feet
@@ -19,7 +19,7 @@ from plantigrade.control.pendulum.ground import LocalGround, Soles
 from plantigrade.control.pendulum.hold import CommandHold
 from plantigrade.control.pendulum.plan import StepPlan, turned_axes
 from plantigrade.control.pendulum.reference import ScaledReference, with_feasible_com
-from plantigrade.control.pendulum.settings import MAX_TICK, PendulumSettings
+from plantigrade.control.pendulum.settings import MAX_TICK, WALK_DURATION, PendulumSettings
 from plantigrade.control.pendulum.summary import Footfall, walk_summary
 from plantigrade.control.pendulum.swing_clearance import with_clearance
 from plantigrade.control.pendulum.tasks import WalkingTasks
@@ -71,7 +71,7 @@ class Pendulum(Controller):
         if ground.slope or ground.steps or ground.uneven:
             raise ParameterError("a pendulum needs a walk that was recorded on level ground")
         apart = stood_apart(record.human, record.motion)
-        if apart > own.max_height_difference:
+        if apart > own.max_height_difference * leg_length(record.human):
             raise ParameterError(
                 f"the feet of this walk stand at heights {100 * apart:.0f} cm apart: it was "
                 "recorded on uneven ground, and a pendulum needs one on level ground"
@@ -83,7 +83,7 @@ class Pendulum(Controller):
         human, self.person = self.human, Person.of(record)
         self.reference = ScaledReference(self.reference_for(record, self.clearance), own.speed)
         repeats = self.reference.period is not None
-        self.duration = max(record.motion.duration, own.usual_duration if repeats else 0.0)
+        self.duration = max(record.motion.duration, WALK_DURATION if repeats else 0.0)
         self.foot_bodies = np.array([human.body(f"foot_{side}") for side in SIDES])
         self._tasks = WalkingTasks(human, self.person.leg_length, own.tasks)
         self._damping = own.gait.joint_damping * self.person.strength

@@ -35,6 +35,7 @@ class Feet:
             np.array([human.body(f"{bone}_{side}") for side in SIDES]) for bone in ("foot", "femur")
         )
         shape = plan.person.sole
+        self._foot_length = shape.length
         self._soles = [
             Sole(self.leg, shape, foot.side_sign, plan.settings.ground) for foot in plan.gait.feet
         ]
@@ -50,7 +51,9 @@ class Feet:
         footstep: Footstep | None,
         step: float,
     ) -> list[bool]:
-        """Return which swing feet touch the ground far from the footstep; these are lifted.
+        """Return which swing feet touch the ground a foot's length from the footstep or farther.
+
+        These are lifted.
 
         Taken for a touchdown, such a contact in a hurried step ends it half way, and the body
         falls.
@@ -65,7 +68,7 @@ class Feet:
             not foot.in_stance
             and footstep is not None
             and bool(load[i] > 0.0)
-            and hypot(*(footstep.position - positions[i, :2])) > own.footstep_radius * self.leg
+            and hypot(*(footstep.position - positions[i, :2])) > self._foot_length
             for i, foot in enumerate(self.plan.gait.feet)
         ]
         lowered = self._lift * (1.0 - step / own.grazing_time)
@@ -91,7 +94,7 @@ class Feet:
 
         The recorded path, scaled to the planned footstep; its height is kept above the ground.
         """
-        plan, own, gait = self.plan, self.settings, self.plan.gait
+        plan, gait = self.plan, self.plan.gait
         foot, goal = gait.feet[i], None if footstep is None else footstep.position
         position = np.array(ref.foot_position[i])
         velocity, acceleration = rate * ref.foot_velocity[i], rate**2 * ref.foot_acceleration[i]
@@ -111,7 +114,7 @@ class Feet:
         velocity[:2] += plan.turn_rate * np.array([-left, ahead])
         recovers = plan.recovery_share >= 1.0
         if recovers and foot.descent and goal is not None:
-            if hypot(*(goal - positions[i, :2])) < own.footstep_radius * self.leg:
+            if hypot(*(goal - positions[i, :2])) < self._foot_length:
                 position[:2], velocity[:2], acceleration[:2] = positions[i, :2], 0.0, 0.0
         normal = self.ground.normal if self.ground.is_plane else None
         height, rises = self._paths[i].height(
@@ -148,8 +151,8 @@ class Feet:
         if foot.in_stance:
             return 0.0
         duration = max(foot.touchdown - foot.lift_off, 1e-3)
-        left = (foot.touchdown - self.plan.gait.phase) / duration
-        return self.plan.recovery_share * min(max(1.0 - left / self.settings.levelling, 0.0), 1.0)
+        left = (foot.touchdown - self.plan.gait.phase) / duration / self.settings.landing_share
+        return self.plan.recovery_share * min(max(1.0 - left, 0.0), 1.0)
 
     def rows(
         self,

@@ -1,7 +1,5 @@
 """A foot of a walk as a whole-body task: a desired velocity that is reached in a time."""
 
-from math import inf, sqrt
-
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.wbc.tasks import Task
 from plantigrade.wbc.tasks.task import Target
@@ -15,16 +13,13 @@ class FootTask(Task):
         gain: Desired velocity by error [1/s].
         time: Time in which it is reached [s].
         weight: Root of the cost of a squared unit missed.
-        max_error: Error beyond which the desired velocity grows no further.
     """
 
     points: RigidPoints
 
-    def __init__(
-        self, part: slice, gain: float, time: float, weight: float, max_error: float = inf
-    ):
+    def __init__(self, part: slice, gain: float, time: float, weight: float):
         super().__init__("foot", weight=weight**2)
-        self.part, self.gain, self.time, self.max_error = part, gain, time, max_error
+        self.part, self.gain, self.time = part, gain, time
 
     def of(self, points: RigidPoints, i: int, target: Target) -> "FootTask":
         """Return the task of a foot.
@@ -38,8 +33,7 @@ class FootTask(Task):
 
     def error(self, state, time):
         """Return the error."""
-        error = -self.aim(time)[0]
-        return error * min(1.0, self.max_error / max(sqrt(error @ error), 1e-9))
+        return -self.aim(time)[0]
 
     def jacobian(self, state, time):
         """Return the Jacobian of the foot."""

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.control.gait.planner import LIMIT_COST, FootstepLimits, least_cost
+from plantigrade.control.gait.planner import FootstepLimits, least_cost
 from plantigrade.control.gait.support import drawn_to
 from plantigrade.control.pendulum.landing_laws import (
     LandingLaw,
@@ -38,10 +38,9 @@ class Reach(FootstepLimits):
 
     reach: PlanSettings  #: How far a leg reaches, and how much the body is lowered for it
     max_descent: float  #: Greatest downward acceleration of the body [m/s²]
-    #: Half axes of the ellipse around the stance foot [leg lengths]
-    stance_foot_size: tuple[float, float]
+    #: Half axes of the ellipse around the stance foot [m]
+    clear_way: Float[Array, " 2"]
     foot_velocity: Float[Array, " 2"]  #: Velocity of the swing foot [m/s]
-    max_foot_acceleration: float  #: Greatest acceleration of the swing foot [m/s²]
     hip: Float[Array, " 2"]  #: Hip of the swing leg, from the centre of mass [m]
     hip_height: float  #: Its height above the ankle at the reference's touchdown [m]
     hip_rise: float  #: Its vertical velocity [m/s]
@@ -122,8 +121,7 @@ class Reach(FootstepLimits):
 
     def _detour(self, offset: Float[Array, "m 2"]) -> Float[Array, " m"]:
         """Return how much longer ways around the stance foot are than straight ones [m]."""
-        ahead, sideways = self.stance_foot_size
-        size = self.leg_length * np.array([ahead, min(sideways, self.min_width / self.leg_length)])
+        size = np.minimum(self.clear_way, [np.inf, self.min_width])
         if size[1] <= 0.0:
             return np.zeros(len(offset))
         outward = np.array([1.0, self.side])
@@ -131,18 +129,10 @@ class Reach(FootstepLimits):
         start, ends = ((self.nominal + x) @ self.axes * outward for x in places)
         return detour_length(start, ends, size)
 
-    def swing_cost(
-        self, offset: Float[Array, "m 2"], left: Float[Array, " m"]
-    ) -> Float[Array, " m"]:
-        """Return the cost of footsteps that the swing foot does not reach in time.
-
-        It goes along a cubic, whose acceleration is greatest at its ends; arguments as for
-        :class:`~plantigrade.control.gait.planner.FootstepLimits`.
-        """
+    def way(self, offset: Float[Array, "m 2"], left: Float[Array, " m"]) -> Float[Array, " m"]:
+        """Return how far the swing foot has to be moved [m], beyond where it goes by itself."""
         away = offset - self.swing_offset - 2.0 / 3.0 * left[:, None] * self.foot_velocity
-        far = np.sqrt((away * away).sum(axis=1)) + self._detour(offset)
-        reached = self.max_foot_acceleration * left**2 / 6.0
-        return LIMIT_COST * np.maximum(far - reached, 0.0) ** 2
+        return np.sqrt((away * away).sum(axis=1)) + self._detour(offset)
 
 
 def next_footstep(

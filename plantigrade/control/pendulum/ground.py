@@ -14,6 +14,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.control.gait.person import Person, SoleShape
 from plantigrade.control.gait.phase import Foot
+from plantigrade.control.gait.planner import FootstepSettings
 from plantigrade.control.gait.swing import SwingOffsetSettings
 from plantigrade.control.pendulum.frame import Terrain
 from plantigrade.kinematics.state import State
@@ -28,9 +29,12 @@ class GroundSettings:
     max_tilt: tuple[float, float] = (0.15, 0.4)
     """Greatest tilt of a sole with the ground, sideways and along it [rad]: over an edge the ankle
     keeps it level; a footstep on such a slope costs 1."""
-    shift_scale: tuple[float, float] = (0.09, 0.06)
-    """Shifts of a footstep ahead and sideways that cost 1 [leg lengths]; the farthest ones that are
-    tried, with those half as far."""
+    shift_scale: tuple[float, float] = (
+        FootstepSettings.forward_scale,
+        FootstepSettings.lateral_scale,
+    )
+    """Shifts of a footstep ahead and sideways that cost 1 [leg lengths], as those for balance do;
+    the farthest ones that are tried, with those half as far."""
     hysteresis: float = 0.3
     """Cost by which another shift must be better than the last."""
     commitment_time: float = 0.1

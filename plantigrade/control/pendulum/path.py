@@ -10,6 +10,7 @@ from math import atan2, cos, hypot, inf, pi, remainder, sin, sqrt
 import numpy as np
 
 from plantigrade.control.pendulum.crouch import CrouchSettings
+from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.control.pendulum.turn import TurnSettings
 from plantigrade.errors import ParameterError
 from plantigrade.options import shown
@@ -36,11 +37,16 @@ class PathSettings:
     tolerated_deviation: float = 0.2
     """Distance from the path that turns may lead to: corners are walked so slowly [m]. Chosen (±20
     %: below 2 %)."""
-    deceleration: float = 0.3
-    """Loss of speed before a corner [m/s²]. Chosen (±20 %: below 2 %)."""
-    min_speed: float = 0.3
-    """Least speed before a corner [m/s]: a person who stands does not turn. Chosen (±20 %: not
-    met)."""
+    deceleration: float = SpeedSettings.acceleration
+    """Loss of speed before a corner [m/s²]; as of any change of speed."""
+
+    @property
+    def min_speed(self) -> float:
+        """Least speed before a corner [m/s]: a person who stands does not turn.
+
+        With it a circle at the greatest rate has the distance of the point that is headed for.
+        """
+        return self.turn.max_rate * self.look_ahead
 
     def turn_speed(self, inside: float, angle: float) -> float:
         """Return the speed at which a turn leads onto a leg of the path [m/s].

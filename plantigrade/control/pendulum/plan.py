@@ -206,8 +206,8 @@ class StepPlan:
             swing_offset=none,
             settings=settings.footsteps,
             reach=settings.plan,
-            max_descent=settings.tasks.weights.max_descent,
-            stance_foot_size=settings.swing.stance_foot_size,
+            max_descent=settings.tasks.weights.max_vertical_acceleration,
+            clear_way=self.person.sole.clear_way,
             foot_velocity=none,
             max_foot_acceleration=own.max_acceleration,
             hip=axes @ (hip - body.com)[:2],
@@ -286,9 +286,8 @@ class StepPlan:
             end: Its footstep, likewise [m].
             width: Lateral distance of the recorded feet now [m].
         """
-        leg, axes = self.person.leg_length, self.axes * [1.0, left]
-        ahead, sideways = self.settings.swing.stance_foot_size
-        size = np.array([ahead * leg, min(sideways * leg, width)])
+        axes, size = self.axes * [1.0, left], self.person.sole.clear_way
+        size = np.minimum(size, [np.inf, width])
         if size[1] <= 0.0:  # the recorded feet cross over themselves
             return None
         points, around = detours(start @ axes, (end @ axes)[None], size)
@@ -342,7 +341,7 @@ class StepPlan:
         self.line[0] += offset[0] - near[0]
         if self.turn_rate:
             self.line[1] += self.step / self.settings.speed.stride_time * offset[1]
-        self._correction -= self.step * own.path_gain * near
+        self._correction -= self.step * self.gait.settings.return_rate * near
         self._correction = np.minimum(np.maximum(self._correction, -far), far)
         return self.offset[:2] - near + self._correction
 

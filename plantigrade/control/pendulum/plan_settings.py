@@ -10,8 +10,6 @@ class PlanSettings:
     max_path_error: float = 0.4
     """Greatest offset from the reference that is countered [leg lengths]: along the path, what is
     lost beyond it stays lost."""
-    path_gain: float = 0.15
-    """Rate at which a lasting offset from the path is countered [1/s]."""
     max_leg_length: float = 1.1
     """Greatest distance of hip and ankle, with the pelvis leant towards the foot [leg lengths]."""
     max_lowering: float = 0.2

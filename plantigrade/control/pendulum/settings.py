@@ -8,7 +8,7 @@ from plantigrade.control.gait.loads import LoadSettings
 from plantigrade.control.gait.phase import GaitSettings
 from plantigrade.control.gait.planner import FootstepSettings
 from plantigrade.control.gait.reference import ReferenceSettings
-from plantigrade.control.gait.swing import SwingOffsetSettings
+from plantigrade.control.gait.swing_foot import SwingSettings
 from plantigrade.control.pendulum.crouch import CrouchSettings
 from plantigrade.control.pendulum.ground import GroundSettings
 from plantigrade.control.pendulum.landing_laws import LAWS
@@ -19,6 +19,7 @@ from plantigrade.control.pendulum.swing import SwingPathSettings
 from plantigrade.control.pendulum.tasks import WalkingTaskSettings
 from plantigrade.errors import ParameterError
 
+WALK_DURATION = 10.0  # [s] of a walk that is repeated, where none is named
 MAX_TICK = 0.02  # [s] longest for which walks were measured; 0.03 s is unstable
 
 
@@ -31,22 +32,15 @@ class PendulumSettings:
     tick: float = 0.005
     """Time for which a command holds, unless a sole touches the ground or leaves it [s]. With the
     longest, soles are sampled at half the rate."""
-    usual_duration: float = 10.0
-    """Duration of a walk that is repeated, where none is named [s]. Chosen (±20 %: not met)."""
-    max_height_difference: float = 0.06
-    """Greatest difference in height of the stance feet of a walk on level ground [m]. Chosen (±20
-    %: not met)."""
-    reference: ReferenceSettings = ReferenceSettings(load=LoadSettings(max_sliding_speed=1.0))
+    max_height_difference: float = SwingSettings.clearance
+    """Greatest difference in height of the stance feet of a walk on level ground [leg lengths]: a
+    foot in the air is as high."""
+    reference: ReferenceSettings = ReferenceSettings(load=LoadSettings(flies=False))
     """How the recorded walk is made a reference; a walk does not fly."""
-    gait: GaitSettings = GaitSettings(
-        late_descent_speed=1.0, swing=SwingOffsetSettings(max_acceleration=70.0)
-    )
+    gait: GaitSettings = GaitSettings(late_descent_speed=1.0)
     """Clock, contacts and swing offsets of the gait."""
-    footsteps: FootstepSettings = FootstepSettings(
-        rates=(0.35, 0.5, 0.68, 0.85, 0.92, 1.0, 1.1, 1.25, 1.45, 1.7, 2.0, 2.5),
-        crossover_width=-0.3,
-    )
-    """Slower than those of a replay, for a foot that is late, and across the other foot."""
+    footsteps: FootstepSettings = FootstepSettings()
+    """Footsteps."""
     plan: PlanSettings = PlanSettings()
     """The return to the path, and the lowering of the body for footsteps."""
     swing: SwingPathSettings = SwingPathSettings()
@@ -55,8 +49,8 @@ class PendulumSettings:
     """Slope, soles and footholds."""
     tasks: WalkingTaskSettings = WalkingTaskSettings()
     """Whole-body tasks."""
-    disturbance: DisturbanceSettings = DisturbanceSettings(max_force_change=1.0, deadband=0.25)
-    """Estimator of the disturbance; of a walk the ground force changes at every tick."""
+    disturbance: DisturbanceSettings = DisturbanceSettings()
+    """Estimator of the disturbance."""
     speed: SpeedSettings = SpeedSettings()
     """Speed by the length of steps, and changes from walk to walk."""
     path: PathSettings = PathSettings()

@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass
 
+from plantigrade.control.gait.loads import LoadSettings
+from plantigrade.control.gait.phase import GaitSettings
+
 
 @dataclass(frozen=True, kw_only=True)
 class SpeedSettings:
@@ -12,15 +15,15 @@ class SpeedSettings:
     deviation 14 %)."""
     acceleration: float = 0.5
     """Change of the desired speed [m/s²]. Chosen (±20 %: deviation 16 %)."""
-    stride_time: float = 1.2
+    stride_time: float = LoadSettings.min_rest_time
     """About the time of a stride: time constant of mean values, least time in which one walk turns
     into another, and half the time after a change of speed from which the mean speed is corrected
     [s]. Chosen (±20 %: below 2 %)."""
-    weight_shift_time: float = 1.5
+    weight_shift_time: float = LoadSettings.min_rest_time
     """Time from the last step to quiet standing, and greatest time in which the weight is shifted
-    to the first stance foot [s]. Chosen (±20 %: deviation 13 %)."""
-    correction_rate: float = 0.08
-    """Rate at which an error of the mean speed is corrected [1/s]. Chosen (±20 %: below 2 %)."""
+    to the first stance foot [s]: with it a foot is at rest."""
+    correction_rate: float = GaitSettings.return_rate
+    """Rate at which an error of the mean speed is corrected [1/s]; as of the path."""
     min_corrected_scale: float = 0.35
     """Shortest steps whose speed is corrected, and longest ones after which a walk may stop
     [recorded steps]. Chosen (±20 %: deviation 17 %)."""

@@ -7,8 +7,11 @@ from math import hypot, sqrt
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.control.gait.edges import EdgeSettings
 from plantigrade.control.gait.person import SoleShape
 from plantigrade.control.gait.phase import Foot
+from plantigrade.control.gait.swing import SwingOffsetSettings
+from plantigrade.control.gait.swing_foot import SwingSettings
 
 SWING_PARTS = np.linspace(0.0, 1.0, 9)  # of the ground along a swing
 MIN_FOOTSTEP_CHANGE = 0.02  # [leg lengths] change of a footstep up to which these samples stay
@@ -31,19 +34,20 @@ class SwingPathSettings:
     to stand still. Settled on the calibration half of ``experiment human-likeness``, with 1.5 mm
     beside it."""
     landing_share: float = 0.5
-    """Part of a swing, at its end, in which the foot is lowered to there."""
-    lift_time: float = 0.05
+    """Part of a swing, at its end, in which the foot is lowered to there, and in which that of a
+    recovery step is levelled: a heel that struck first after a far step threw the forefoot down by
+    20 rad/s, faster than the ankle can hold it, with up to 9 body weights. Angular velocity and
+    acceleration of the recording are taken away with the slope: they kept heels 16° down, and the
+    slap was of up to 10 body weights."""
+    lift_time: float = EdgeSettings.smoothing_time
     """Time before and after a lack of height in which the recorded foot is lifted, too, and time
-    after a touchdown for which that foot stays lowered [s]."""
-    lift_smoothing: float = 0.02
-    """Standard deviation of the filter of that lift [s]."""
+    after a touchdown for which that foot stays lowered [s]; as over edges."""
+    lift_smoothing: float = SwingOffsetSettings.arrival_lead
+    """Standard deviation of the filter of that lift [s]: it ends as long before touchdown as a
+    departure does."""
     clearance_by_speed: float = 0.02
-    """Further height by the speed at which the foot departs from the recorded path [s], greatest
-    after a third of the swing."""
-    max_departure_speed: float = 2.0
-    """Greatest such speed that counts [m/s]."""
-    tilt_base: float = 0.03
-    """Distance before and behind the ankle by which the ground tilts the foot [leg lengths]."""
+    """Further height by the speed at which the foot departs from the recorded path [s], up to that
+    of a recovery step, greatest after a third of the swing."""
     raised_phase: tuple[float, float] = (0.35, 0.7)
     """Parts of a swing between which the foot is above what is in its way."""
     max_leg_extension: float = 1.02
@@ -58,26 +62,16 @@ class SwingPathSettings:
     """Distance before full extension over which a foot is less and less led along its leg [leg
     lengths]: a straight leg gets no longer, and pulled the body down and forward before most
     touchdowns, with up to 5 m/s². Twice as wide is worse (raw peak 2.4, then 2.9 BW)."""
-    reach_braking: float = 30.0
+    reach_braking: float = SwingOffsetSettings.max_acceleration
     """Deceleration with which a foot stops at that distance [m/s²]. A velocity that ends there at
     once threw the trunk forward in every step."""
-    stance_foot_size: tuple[float, float] = (0.25, 0.1)
-    """Half axes of the ellipse around the stance foot that a swing foot goes around, ahead and
-    sideways [leg lengths]: as long and wide as a foot."""
     max_inward_departure: float = 0.06
     """Distance by which a step may begin or end farther inward than the recorded one and still
     follow its path [leg lengths]: that passes the stance foot by itself. Feet of narrow walks went
     around it in every step, on curves that swung out 15 cm ahead of the footstep and straightened
     the leg."""
-    levelling: float = 0.5
-    """Part of a swing, at its end, in which the foot of a recovery step is levelled: a heel that
-    struck first after a far step threw the forefoot down by 20 rad/s, faster than the ankle can
-    hold it, with up to 9 body weights. Angular velocity and acceleration of the recording are taken
-    away with the slope: they kept heels 16° down, and the slap was of up to 10 body weights."""
-    footstep_radius: float = 0.3
-    """Distance from its footstep within which contact is a touchdown [leg lengths]."""
-    grazing_lift: float = 0.05
-    """Lift of a foot that grazes the ground farther away [leg lengths]."""
+    grazing_lift: float = SwingSettings.clearance
+    """Lift of a foot that grazes the ground farther away [leg lengths]; as of recovery steps."""
     grazing_time: float = 0.1
     """Time constant with which it is lowered again [s]."""
 
@@ -116,8 +110,8 @@ class SwingPath:
             normal: Normal of the ground where it is a plane; else None.
         """
         own = self.settings
-        speed = min(hypot(*foot.swing.velocity), own.max_departure_speed)
-        clear = own.clearance_by_speed * speed
+        departs = own.clearance_by_speed * hypot(*foot.swing.velocity)
+        clear = min(departs, own.grazing_lift * self.leg)
         duration = max(foot.touchdown - foot.lift_off, 1e-3)
         u = min(max((phase - foot.lift_off) / duration, 0.0), 1.0)
         # The cubic ends without a slope: a parabola would let the foot strike the ground.
@@ -150,8 +144,7 @@ class SwingPath:
 
         A foot tilts with the ground: on a slope toes are no lower over it than heels.
         """
-        heel, toe = self.sole.heel, self.sole.toes
-        base = self.settings.tilt_base * self.leg
+        heel, ball, toe = self.sole.heel, self.sole.ball, self.sole.toes
         way = footstep - self._start[:2]
         ahead = way / max(float(np.linalg.norm(way)), 1e-6)
         highest = 0.0
@@ -165,8 +158,8 @@ class SwingPath:
             highest = max(highest, under - line)
             if not sole:
                 continue
-            near = [ground(np.append(ankle + x * ahead, 0.0)) for x in (-base, base)]
-            tilt = (near[1] - near[0]) / (2 * base)
+            near = [ground(np.append(ankle + x * ahead, 0.0)) for x in (heel, ball)]
+            tilt = (near[1] - near[0]) / (ball - heel)
             for x, level in zip((heel, 0.5 * toe, toe), sole, strict=True):
                 highest = max(highest, level - tilt * x - line)
         return highest

@@ -17,6 +17,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.gait.instant import Instant
+from plantigrade.control.gait.step import StepSettings
 from plantigrade.control.gait.tasks import TaskSettings, root_error, within_foot
 from plantigrade.control.pendulum.foot_task import FootTask
 from plantigrade.kinematics.rigid_points import RigidPoints
@@ -24,19 +25,19 @@ from plantigrade.kinematics.state import State
 from plantigrade.models import Human
 from plantigrade.wbc.rows import PointRows, Rows
 from plantigrade.wbc.tasks import AngularMomentumTask, LinearMomentumTask
+from plantigrade.wbc.tasks.contact import ContactSettings
 from plantigrade.wbc.tasks.task import Target
 
 
 @dataclass(frozen=True, kw_only=True)
 class JointVelocitySettings:
-    """The desired velocity of a joint: in proportion to its error, up to a greatest velocity.
+    """The desired velocity of a joint: in proportion to its error.
 
     Limbs that are led to a goal move so (Fig. 7 of [Tsai2010]_, after [Flash1985]_), but for the
-    slow beginning of a movement over more than a radian, which was never met.
+    slow beginning and the greatest velocity of a movement over more than a radian, which were never
+    met.
     """
 
-    max_velocity: float = 6.6
-    """Greatest velocity [rad/s]."""
     time: float = 0.055
     """Time in which the velocity is reached [s], the stiffness being that of the pelvis, whose time
     is 0.05 s: damping is 0.91 of the critical one. With 0.05 s the median error of the peak of the
@@ -44,10 +45,6 @@ class JointVelocitySettings:
     swing_toe_factor: float = 2.0
     """Factor of gain and rate within a foot that swings: its toes are needed again soon. It stands
     for the constants of joints of [Tsai2010]_, whose table the printed text lacks."""
-
-    def limited(self, velocity: Float[Array, "*n"]) -> Float[Array, "*n"]:
-        """Return a velocity, no greater than the greatest [rad/s]."""
-        return np.minimum(np.maximum(velocity, -self.max_velocity), self.max_velocity)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,18 +65,18 @@ class WalkingTaskSettings:
     max_landing_speed: float = 0.3
     """Greatest downward speed of the mass at a touchdown for which the body is lowered [m/s]: at
     0.7 m/s a straight leg, which does not yield, landed with up to 9 body weights."""
-    min_braking_time: float = 0.05
-    """Shortest time in which it is slowed to that speed [s]: more would throw it up. The upward
-    acceleration for it is that of body weight at most."""
+    min_braking_time: float = StepSettings.load_transfer_duration
+    """Shortest time in which it is slowed to that speed [s], that in which a foot takes its load:
+    more would throw it up. The upward acceleration for it is that of body weight at most."""
     neck_error_scale: float = 0.3
     """Error of a joint of the neck that doubles its weight [rad]: the head is the cheapest
     flywheel, but people hold it still in space [Pozzo1990]_."""
     max_cop_distance: float = 0.35
     """Greatest distance of the desired centre of pressure outside of the contacts [leg lengths]:
     the part that feet cannot give, trunk and arms give by angular momentum [Hof2007]_."""
-    steady_arm_weight: float = 0.6
-    """Weight of joints of arms and neck without such an error [per rad/s²]: lighter ones were
-    raised to hold the centre of mass up; with 1, a walk down a slope of 15° ended in a fall."""
+    steady_arm_weight: float = TaskSettings.leg_weight
+    """Weight of joints of arms and neck without such an error [per rad/s²]; as of legs: lighter
+    ones were raised to hold the centre of mass up."""
     knee_stop_time: float = 0.025
     """Time ahead in which a knee would be bent backwards, from which it resists [s]: near full
     extension a leg gains no length, and the height of the mass drove knees to -16°. Five ticks."""
@@ -94,9 +91,10 @@ class WalkingTaskSettings:
     [Herr2008]_. Without it the pelvis was turned back after every touchdown, and the centre of
     pressure went to the toes and back to the heel (ankle moment r .91, now .93); with 12, a person
     with legs of half the length fell."""
-    hanging_height: float = 0.001
-    """Height above which a point cannot press before it is down [m]: the body leaned on heels that
-    hung 2 mm over the ground, and fell on them with three times its weight."""
+    hanging_height: float = ContactSettings.guarded_depth
+    """Height above which a point cannot press before it is down [m], as far as points may sink: the
+    body leaned on heels that hung 2 mm over the ground, and fell on them with three times its
+    weight."""
     hanging_force_cost: float = 20.0
     """Cost of a force [0.1 body weights], squared, at twice that height."""
 
@@ -135,14 +133,9 @@ class WalkingTasks:
         self.com = LinearMomentumTask(mass, weight=np.array(weights.com_weight) ** 2)
         self.momentum = AngularMomentumTask()
         gain, time = critically_damped(weights.rotation_stiffness)
-        self._swing_rotation, self._stance_rotation = (
-            FootTask(slice(3), gain, time, weight)
-            for weight in (weights.swing_rotation_weight, weights.stance_rotation_weight)
-        )
+        self._rotation = FootTask(slice(3), gain, time, weights.rotation_weight)
         gain, time = critically_damped(weights.foot_stiffness)
-        self.position = FootTask(
-            slice(3, 6), gain, time, weights.foot_weight, weights.max_foot_error
-        )
+        self.position = FootTask(slice(3, 6), gain, time, weights.foot_weight)
         sides = np.array([[name.endswith(f"_{side}") for name in names] for side in SIDES])
         self._toes = sides & within_foot(human)
         self.torque_cost = weights.torque(human)
@@ -186,7 +179,7 @@ class WalkingTasks:
         gain, time = critically_damped(own.weights.joint_stiffness)
         desired[3:6] = (desired[3:6] + gain * error) / time
         gain = joints.time * own.weights.joint_stiffness
-        velocity = joints.limited(gain * (ref.q[7:] - body.qpos[7:]))
+        velocity = gain * (ref.q[7:] - body.qpos[7:])
         desired[6:] = (desired[6:] + factor * velocity) * (factor / joints.time)
         desired += rate**2 * ref.a
         desired[:3] = 0.0
@@ -239,18 +232,18 @@ class WalkingTasks:
         gain, reached = critically_damped(own.weights.com_height_stiffness)
         vertical = rate * ref.com_velocity[2] + slope @ velocity[:2] + gain * error
         recorded = rate**2 * ref.com_acceleration[2]
-        lowest = -own.weights.max_descent
+        lowest = -own.weights.max_vertical_acceleration
         if time is not None and lowering > 0.0:
             needed = 2.0 * (max(error, -lowering) - velocity[2] * time) / time**2
             lowest = min(max(needed, -own.max_reaching_descent), lowest)
         back = (vertical - velocity[2]) / reached
-        back = min(max(back, lowest), own.weights.max_ascent)
+        back = min(max(back, lowest), own.weights.max_vertical_acceleration)
         if time is not None and lowering > 0.0:
             excess = -velocity[2] - own.max_landing_speed
             brake = min(excess / max(time, own.min_braking_time), GRAVITY)
             back = max(back, brake) if excess > 0.0 else back
-        least, most = min(recorded, lowest), max(recorded, own.weights.max_ascent, back)
-        desired[2] = min(max(recorded + back, least), most)
+        most = max(recorded, own.weights.max_vertical_acceleration, back)
+        desired[2] = min(max(recorded + back, min(recorded, lowest)), most)
         return desired
 
     def momentum_rows(
@@ -284,8 +277,7 @@ class WalkingTasks:
         self, body: State, points: RigidPoints, i: int, target: Target, normal: Array | None = None
     ) -> Rows:
         """Return rows that rotate a foot; a stance foot, on its normal, keeps its heading."""
-        task = self._swing_rotation if normal is None else self._stance_rotation
-        rows = task.of(points, i, target).rows(body)
+        rows = self._rotation.of(points, i, target).rows(body)
         return rows if normal is None else rows.along(np.eye(3) - normal[:, None] * normal)
 
     def contact_rows(self, points: RigidPoints, held, gap, normal) -> PointRows:

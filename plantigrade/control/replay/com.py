@@ -44,7 +44,8 @@ def com_acceleration(
     dz = ref.com[2] + offset[2] + rise(normal, offset) - lowering - c[2]
     stiffness = settings.com_height_stiffness
     back = stiffness * dz + 2.0 * stiffness**0.5 * (rate * ref.com_velocity[2] - v[2])
-    back = min(max(back, -settings.max_descent), settings.max_ascent)
+    most = settings.max_vertical_acceleration
+    back = min(max(back, -most), most)
     desired[2] = rate**2 * ref.com_acceleration[2] + back
     return desired
 

@@ -47,11 +47,7 @@ class ReplaySettings:
     footsteps: FootstepSettings = FootstepSettings()
     path: PathReturnSettings = PathReturnSettings()
     recovery: WaitingSettings = WaitingSettings()
-    tasks: TaskSettings = TaskSettings(
-        com_weight=(12.0, 12.0, 5.0),
-        stance_rotation_weight=0.5,
-        com_height_stiffness=80.0,
-    )
+    tasks: TaskSettings = TaskSettings()
 
 
 class Replay(Controller):

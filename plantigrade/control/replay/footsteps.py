@@ -28,14 +28,10 @@ from plantigrade.kinematics.state import State as BodyState
 
 @dataclass(frozen=True, kw_only=True)
 class PathReturnSettings:
-    """How the person returns to the planned path, and how fast feet are."""
+    """How the person returns to the planned path."""
 
-    return_rate: float = 0.2
-    """Rate at which the path offset decays [1/s]. Chosen."""
     max_com_offset: float = 0.12
     """Saturation of the offset of the centre of mass from the path that is followed [m]. Chosen."""
-    max_foot_speed: float = 4.5
-    """Greatest mean speed of a swing foot [leg lengths/s]. Chosen."""
 
 
 class FootstepPlanner:
@@ -93,7 +89,7 @@ class FootstepPlanner:
             dt: Time since the last call [s].
         """
         off = (body.com - ref.com)[:2]
-        self.path_offset = self.path_offset - dt * self.path.return_rate * off
+        self.path_offset = self.path_offset - dt * self.gait.settings.return_rate * off
         away = off - self.path_offset
         far, limit = hypot(*away), self.path.max_com_offset
         if far > limit:
@@ -163,7 +159,7 @@ class FootstepPlanner:
             min_width=min(gait.settings.swing.min_foot_distance * self.leg_length, width),
             swing_offset=feet[i, :2] - then.foot_position[i, :2] - path,
             settings=self.settings,
-            max_foot_speed=self.path.max_foot_speed * self.leg_length,
+            max_foot_acceleration=gait.settings.swing.max_acceleration,
         )
         step = next_step(
             xi - path,

@@ -26,12 +26,11 @@ from plantigrade.kinematics.state import State as BodyState
 class WaitingSettings:
     """When a replay takes recovery steps, and when its motion goes on."""
 
-    step: StepSettings = StepSettings(max_step_back=0.9)
-    """Steps; farther back than in balance, for the heel of the leg behind may rise."""
+    step: StepSettings = StepSettings()
     swing: SwingSettings = SwingSettings()
-    min_stance_time: float = 0.4
+    min_stance_time: float = StepSettings.swing_durations[-1]
     """Time until the motion's next lift-off, or until it sits, from which it has no support of its
-    own to come [s]. Chosen."""
+    own to come [s]: that of the slowest recovery step."""
     seat_time: float = 1.0
     """Time before and after sitting for which the seat supports the capture point, because a person
     who falls towards it sits down [s]. Chosen."""
@@ -131,9 +130,8 @@ class RecoverySteps:
         """Return the person as a pendulum."""
         ground = min(float(own[:, 2].min()) for own in low)
         feet = np.array([own[:, :2].mean(axis=0) for own in low])
-        steps = self.planner.settings
-        limits = steps.min_pendulum_height, steps.support_margin
-        return PendulumState.of(body, ground, low, feet, heading, *limits)
+        margin = self.planner.settings.support_margin
+        return PendulumState.of(body, ground, low, feet, heading, margin)
 
     def _near_seat(self) -> Float[Array, "_ 3"]:
         """Return the ischia on the seat, onto which one may fall soon before or after sitting."""

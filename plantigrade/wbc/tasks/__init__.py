@@ -9,7 +9,7 @@ from plantigrade.wbc.tasks.contact import ContactTask, FloorTask, SoleContactTas
 from plantigrade.wbc.tasks.landing import LandingTask, PlacingHeelTask
 from plantigrade.wbc.tasks.momentum import AngularMomentumTask, ComTask, LinearMomentumTask
 from plantigrade.wbc.tasks.point import AlignmentTask, OrientationTask, PointTask
-from plantigrade.wbc.tasks.posture import PassingPosture, PostureTask, TimedPosture
+from plantigrade.wbc.tasks.posture import PostureTask, TimedPosture
 from plantigrade.wbc.tasks.task import Task
 
 __all__ = [
@@ -21,7 +21,6 @@ __all__ = [
     "LandingTask",
     "LinearMomentumTask",
     "OrientationTask",
-    "PassingPosture",
     "PlacingHeelTask",
     "PointTask",
     "PostureTask",

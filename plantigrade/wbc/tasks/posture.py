@@ -1,35 +1,17 @@
-r"""All coordinates at once: a fixed posture, reached at a given time.
+r"""All coordinates at once: a posture, reached or passed at a given time.
 
 The paper asks for the posture "at the end of each phase" and leaves the gains open. Here they
-follow the time that is left, :math:`T = t_e - t`:
-
-.. math:: \ddot e = -\frac{k_p}{T^2} e - \frac{k_d}{T} \dot e .
-
-With :math:`k_p = 7, k_d = 4.5` this decays as :math:`(T/T_0)^2` and :math:`(T/T_0)^{3.5}`: it
-arrives with no velocity left over, however long the phase is. (A constant gain is too slow for a
-double support of 0.1 s or too stiff for a swing of 0.5 s, whichever it is chosen for.)
+follow the time that is left. (A constant gain is too slow for a double support of 0.1 s or too
+stiff for a swing of 0.5 s, whichever it is chosen for.)
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.wbc.tasks.landing import LandingSettings
 from plantigrade.wbc.tasks.task import Target, Task
-
-
-@dataclass(frozen=True, kw_only=True)
-class TimedPostureSettings:
-    """Gains of a posture that is reached at a time."""
-
-    stiffness: float = 7.0
-    r""":math:`k_p`. Among laws that arrive at rest, this pair and the next but one were settled on
-    the walks of ``gait-table``."""
-    damping: float = 4.5
-    r""":math:`k_d`."""
-    min_time_left: float = 0.06
-    """Time left below which the gains grow no further [s]."""
 
 
 class PostureTask(Task):
@@ -68,34 +50,6 @@ class PostureTask(Task):
 
 
 class TimedPosture(PostureTask):
-    r"""Draws every coordinate to a fixed posture that is to be reached at the end of a phase.
-
-    Args:
-        target: Function of time that returns the posture of the present phase and the time at
-            which the phase ends [s].
-        settings: Gains.
-    """
-
-    def __init__(
-        self,
-        target: Callable[[float], tuple[Float[Array, " nq"], float]],
-        *,
-        settings: TimedPostureSettings | None = None,
-        name: str = "posture",
-    ):
-        super().__init__(target, name=name)
-        self.settings = settings or TimedPostureSettings()
-
-    def acceleration(self, state, time, jacobian=None) -> Float[Array, " nv"]:
-        """Return the desired generalised acceleration."""
-        posture, end = self.aim(time)[:2]
-        s = self.settings
-        left = max(end - time, s.min_time_left)
-        pull = (-s.stiffness / left**2) * state.difference(posture)
-        return pull - (s.damping / left) * state.qvel
-
-
-class PassingPosture(TimedPosture):
     r"""Draws every coordinate to a fixed posture, to pass it at a given time and velocity.
 
     With :math:`e` the way from the posture :math:`q_e`, which is passed at the velocity
@@ -109,27 +63,27 @@ class PassingPosture(TimedPosture):
     Args:
         target: Function of time that returns the posture of the present phase and the time at
             which the phase ends [s].
-        velocity: Function of time that returns the velocity at which the posture is passed.
-        min_time_left: Time left below which the gains grow no further [s].
+        velocity: Function of time that returns the velocity at which the posture is passed; it is
+            reached at rest if absent.
+        min_time_left: Time left below which the gains grow no further [s]; as of feet that land.
     """
 
     def __init__(
         self,
         target: Callable[[float], tuple[Float[Array, " nq"], float]],
-        velocity: Callable[[float], Float[Array, " nv"]],
+        velocity: Callable[[float], Float[Array, " nv"]] | None = None,
         *,
-        min_time_left: float = TimedPostureSettings.min_time_left,
+        min_time_left: float = LandingSettings.min_time_left,
         name: str = "posture",
     ):
         super().__init__(target, name=name)
-        self.min_time_left = min_time_left
-        self.passed = velocity
+        self.passed, self.min_time_left = velocity, min_time_left
 
     def acceleration(self, state, time, jacobian=None) -> Float[Array, " nv"]:
         """Return the desired generalised acceleration."""
         posture, end = self.aim(time)[:2]
-        passed, left = self.passed(time), end - time
-        error = state.difference(posture)
+        passed = np.zeros(len(state.qvel)) if self.passed is None else self.passed(time)
+        error, left = state.difference(posture), end - time
         if left >= self.min_time_left:
             return -6 * error / left**2 - (4 * state.qvel + 2 * passed) / left
         error = error + passed * max(left, 0.0)
