@@ -44,6 +44,9 @@ MAX_FOOT_DEPTH = 0.003  # [m] depth of a swing foot above which the mesh is refi
 MAX_FEASIBLE_WRENCH = 0.5
 """Residual wrench between nodes above which a motion is infeasible [body weights, body weights ·
 m]; no finer mesh has made such a motion feasible."""
+MUCH_TOO_COARSE = 2.0
+"""Ratio of that wrench to the allowed one from which a mesh is refined before its problem is solved
+to the end [1]: well above what may still change. Chosen."""
 MAX_REFINEMENTS = 8  # [1] maximum number of mesh refinements
 MAX_STALLED_VIOLATION = 0.3  # [1] violation of a stalled solver beyond the help of smoothness
 COARSE_MESH_NODES = 250
@@ -65,8 +68,13 @@ class _Ending:
 
     @property
     def over(self) -> bool:
-        """Whether it succeeded or the user stopped it."""
-        return self.success or self.status == "stopped"
+        """Whether it succeeded, waits for a finer mesh, or the user stopped it."""
+        return self.success or self.paused or self.status == "stopped"
+
+    @property
+    def paused(self) -> bool:
+        """Whether it waits for a finer mesh."""
+        return self.status == "paused"
 
     def on(self, problem: Problem) -> Start:
         """Return it as the start of another problem."""
@@ -125,21 +133,25 @@ def synthesize(
         at = run.ipopt("IPOPT", problem, start)
     else:
         guessed = warm is None and c0 is None
-        at = _first(run, problem, start, "first try" if warm is None else "warm start", guessed)
+        name = "first try" if warm is None else "warm start"
+        at = _first(run, problem, start, name, guessed, pausing=refinements > 0)
         if warm is not None and not at.over and rescue:
             problem = task.problem(body)
             at = run.interior_point("first try", problem, (*task.start(body, problem), None))
         if not at.over and rescue:
             at = _rescued(run, problem, at)
     solve = run.ipopt if solver == "ipopt" else run.interior_point
-    return run.solution(_refined(run, solve, at, refinements if at.success else 0))
+    found = _refined(run, solve, at, refinements)
+    if at.paused and not found.over and rescue:
+        found = _refined(run, solve, _rescued(run, problem, found), refinements)
+    return run.solution(found)
 
 
 def _refined(
     run: "_Stages", solve: Callable[[str, Problem, Start], _Ending], at: _Ending, refinements: int
 ) -> _Ending:
     """Return a solution with more nodes wherever it is wrong between them."""
-    for number in range(refinements):
+    for number in range(refinements if at.success or at.paused else 0):
         made = run.solution(at)
         # one round does for a periodic motion
         neighbours = number == 0 and made.problem.closure is None
@@ -152,9 +164,11 @@ def _refined(
         problem = run.task.problem(run.body, finer)
         after = solve("more nodes", problem, at.on(problem))
         if not after.success:
+            if at.paused and after.over:
+                return after  # the user stopped it
             break
         at = after
-    return at
+    return solve("same mesh", at.problem, at.on(at.problem)) if at.paused else at
 
 
 def _wrong(solution: Solution) -> tuple[Array, Array]:
@@ -174,15 +188,20 @@ def _wrong(solution: Solution) -> tuple[Array, Array]:
     return times[excess > 0], excess[excess > 0]
 
 
-def _first(run: "_Stages", problem: Problem, start: Start, name: str, guessed: bool) -> _Ending:
-    """Solve the problem; where it is large and starts from a guess, on a coarse mesh before."""
+def _first(
+    run: "_Stages", problem: Problem, start: Start, name: str, guessed: bool, *, pausing: bool
+) -> _Ending:
+    """Solve the problem; where it is large and starts from a guess, on a coarse mesh before.
+
+    With ``pausing`` it is not solved to the end on a mesh that is much too coarse.
+    """
     n = len(problem.nodes)
     if guessed and n > COARSE_MESH_NODES:
         rate = run.task.nodes_per_second * COARSE_NODES / n
         at = run.easier("coarse mesh", replace(run.task, nodes_per_second=rate))
         if at.success:
             name, start = "fine mesh", at.on(problem)
-    return run.interior_point(name, problem, start)
+    return run.interior_point(name, problem, start, pausing=pausing)
 
 
 def _rescued(run: "_Stages", problem: Problem, at: _Ending) -> _Ending:
@@ -228,10 +247,14 @@ class _Stages:
             for s in self._stages
         )
 
-    def interior_point(self, name: str, problem: Problem, start: Start) -> _Ending:
-        """Run the interior point."""
+    def interior_point(
+        self, name: str, problem: Problem, start: Start, *, pausing: bool = False
+    ) -> _Ending:
+        """Run the interior point; with ``pausing`` until the mesh proves much too coarse."""
         started = clock.perf_counter()
-        r = InteriorPoint(problem, self._options).solve(*start, lambda it: self._tell(name, it))
+        coarse = (lambda c, u: self._coarse(problem, c, u)) if pausing else None
+        engine = InteriorPoint(problem, self._options)
+        r = engine.solve(*start, lambda it: self._tell(name, it), coarse)
         self._note(name, "interior-point", problem, r.status, started, r.history)
         return _Ending(problem, r.c, r.u, r.status, r.success, r.multipliers)
 
@@ -239,6 +262,15 @@ class _Stages:
         """Run the interior point on another task, from its own guess."""
         problem = task.problem(self.body)
         return self.interior_point(name, problem, (*task.start(self.body, problem), None))
+
+    def _coarse(self, problem: Problem, c: Array, u: Array) -> bool:
+        """Return whether a motion misses much between nodes that a finer mesh can provide."""
+        made = self.solution(_Ending(problem, c, u, "paused", False))
+        times, missing = made.unexplained()
+        much = (missing > MUCH_TOO_COARSE * MAX_RESIDUAL_WRENCH) & np.isfinite(missing)
+        if not much.any() or missing.max() > MAX_FEASIBLE_WRENCH:
+            return False
+        return len(split(made.nodes, times[much])) > len(made.nodes)
 
     def ipopt(self, name: str, problem: Problem, start: Start) -> _Ending:
         """Run IPOPT, which takes no multipliers."""

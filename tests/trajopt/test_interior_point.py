@@ -221,6 +221,22 @@ def violation(problem: Problem, result) -> float:
     return worst
 
 
+@pytest.mark.parametrize("answer", (True, False))
+def test_a_nearly_feasible_point_is_shown_once_and_may_be_the_end(answer):
+    shown = []
+
+    def pause(c, u):
+        shown.append((c.shape, u.shape))
+        return answer
+
+    problem = pendulum()
+    c, u = swing(problem)
+    result = InteriorPoint(problem).solve(c, u, pause=pause)
+    assert shown == [(c.shape, u.shape)]
+    assert (result.status == "paused") == answer and result.success != answer
+    assert all(it.violation > 1e-3 for it in result.history[:-1]) or not answer
+
+
 def test_progress_is_called_every_iteration_and_stops_at_the_best():
     problem, seen = pendulum(), []
 

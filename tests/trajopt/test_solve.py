@@ -55,15 +55,29 @@ def test_nodes_are_added_where_contact_cannot_provide_the_wrench():
     assert after.max() <= max(before.max(), 1.5e-3)
 
 
-def test_a_motion_that_holds_at_nodes_alone_is_not_refined(monkeypatch):
-    times, missing = np.array([0.1, 0.3]), np.array([1.0, 0.1])
+def _missing(monkeypatch, wrench: float) -> np.ndarray:
+    """Let every motion miss a wrench between nodes, and nothing else; it is the first element."""
+    times, missing = np.array([0.1, 0.3]), np.array([wrench, 0.1])
     monkeypatch.setattr(Solution, "unexplained", lambda self: (times, missing))
     for name in ("overloaded", "beyond", "overlapping", "too_low"):
         monkeypatch.setattr(Solution, name, lambda self: (times, np.full(2, -np.inf)))
+    return missing
+
+
+def test_a_motion_that_holds_at_nodes_alone_is_not_refined(monkeypatch):
+    missing = _missing(monkeypatch, 1.0)
     assert [x.name for x in synthesize(body(), task()).stages] == ["first try"]
     missing[0] = 0.4
-    names = [x.name for x in synthesize(body(), task(), refinements=1).stages]
-    assert names == ["first try", "more nodes"]
+    found = synthesize(body(), task(), refinements=1)
+    assert [x.name for x in found.stages] == ["first try", "more nodes"]
+    assert [x.status for x in found.stages] == ["paused", found.status] and found.success
+
+
+def test_a_motion_whose_refinement_is_stopped_is_the_best_so_far(monkeypatch):
+    _missing(monkeypatch, 0.4)
+    found = synthesize(body(), task(), progress=lambda name, _: name == "more nodes")
+    assert [x.status for x in found.stages] == ["paused", "stopped"]
+    assert found.status == "stopped" and not found.success
 
 
 def test_a_guess_nearby_has_a_smaller_barrier():

@@ -47,6 +47,9 @@ NEAR = 100.0
 MAX_WARM_ITERATIONS = 3
 """Maximum number of iterations of a warm start after a nearly feasible point [1]; later it
 converges to another motion."""
+NEARLY_FEASIBLE = 1e-3
+"""Violation of rows below which a motion shows where its mesh is too coarse [1]: below the residual
+wrench between nodes that is allowed. Chosen."""
 PATIENCE = 5
 """Number of iterations after which a nearly feasible point no longer waits for a smaller barrier
 [1]."""
@@ -95,6 +98,7 @@ class InteriorPoint:
         u0: Float[Array, "n_nodes nu"] | None = None,
         multipliers: Multipliers | None = None,
         progress: Callable[[Iterate], bool | None] | None = None,
+        pause: Callable[[Array, Array], bool] | None = None,
     ) -> Result:
         """Solve from a guess.
 
@@ -102,6 +106,8 @@ class InteriorPoint:
             u0: Initial node unknowns; zero if absent.
             multipliers: From a similar problem.
             progress: Called with every iteration; returning True stops with the best so far.
+            pause: Asked once, with coefficients and node unknowns, where every row is nearly
+                satisfied; True ends the solve there.
 
         Returns:
             Where the solver ended; it never raises because it failed.
@@ -140,6 +146,11 @@ class InteriorPoint:
             if _stopped(progress, now) or seconds > o.seconds:
                 status, at.x = "stopped", at.best[1]
                 break
+            if pause is not None and now.violation <= NEARLY_FEASIBLE:
+                if pause(*e.t.split(at.x)):
+                    status = "paused"
+                    break
+                pause = None
             filter_ = filter_ or Filter(1e-4 * max(1.0, now.violation))
             if self._lower_barrier(at, errors, now.violation):
                 filter_.clear()

@@ -9,7 +9,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.motion.motion import interpolate
 
-Status = Literal["solved", "acceptable", "stopped", "stalled", "too many iterations"]
+Status = Literal["solved", "acceptable", "stopped", "paused", "stalled", "too many iterations"]
 
 
 @dataclass(frozen=True)

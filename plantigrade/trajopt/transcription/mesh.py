@@ -16,6 +16,10 @@ zero at both ends would be zero throughout."""
 EQUAL_INTERVAL_RATIO = 0.7
 """Length of an interval relative to its neighbour from which it counts as equal [1]."""
 
+EXCESS_OF_PARTS = {8: 8.0, 4: 2.0, 2: 0.0}
+"""Number of parts of an interval that is divided → excess above which there are so many [1]. In
+jumps, runs and hops one round of refinement is enough with these, or two."""
+
 
 def nodes_of(plan: ContactPlan, nodes_per_second: float = 20.0) -> Float[Array, " n"]:
     """Return the nodes of a plan: start, end, every change of contact, and evenly between them.
@@ -63,8 +67,9 @@ def split(
 ) -> Float[Array, " m"]:
     """Return the mesh with every interval divided in which something is wrong.
 
-    An interval is halved, or quartered where the ``excess`` is over four: errors between the nodes
-    of a cubic spline go with the square of their distance. They reach to the next intervals, and go
+    An interval is halved, quartered where the ``excess`` is over two, or cut in eight where it is
+    over eight: errors between the nodes of a cubic spline go with the square of their distance, and
+    more slowly beside a change of contact. They reach to the next intervals, and go
     there once nodes are nearer here: ``neighbours`` halves these as well, where they are not
     shorter.
 
@@ -85,6 +90,7 @@ def split(
         most[near & (most == 0)] = 1.0
     new = [nodes]
     for k in np.flatnonzero(most > 0):
-        parts = next((p for p in (4, 2) if length[k] >= p * shortest and most[k] > 4 * (p > 2)), 1)
+        wanted = (p for p in (8, 4, 2) if length[k] >= p * shortest)
+        parts = next((p for p in wanted if most[k] > EXCESS_OF_PARTS[p]), 1)
         new.append(nodes[k] + length[k] * np.arange(1, parts) / parts)
     return np.sort(np.concatenate(new))
