@@ -123,12 +123,13 @@ def synthesize(
     run = _Stages(body, task, options, progress)
     nodes = None if warm is None else nodes_like(task.plan, warm.switches, warm.nodes)
     problem = task.problem(body, nodes)
-    c, u = task.start(body, problem)
-    start: Start = (c if c0 is None else c0, u, None)
     if warm is not None:
         switches = warm.switches, task.plan.switches
         solved = warm.coefficients, warm.forces, warm.multipliers
         start = transferred(warm.problem, *solved, problem, switches)
+    else:
+        c, u = task.start(body, problem)
+        start = c if c0 is None else c0, u, None
     if solver == "ipopt":
         at = run.ipopt("IPOPT", problem, start)
     else:

@@ -33,9 +33,10 @@ FIRST_ORDER_SHIFT = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A Newton step of variables, and by block of multipliers and slacks."""
+    """A Newton step of variables, and by block of rows, multipliers and slacks."""
 
     x: Array
+    r: list[Array]  # to first order
     y: list[Array]
     s: list[Array]
     z: list[Array]
@@ -119,7 +120,7 @@ class KKTSystem:
                 y + np.where(eq, (m + d) / delta, 0.0)
                 for y, eq, m, d in zip(dy_eq, equations, missing, change, strict=True)
             ]
-        step = Step(dx, [], [], [])
+        step = Step(dx, Jdx, [], [], [])
         for s, gap, j, sigma, force, y in zip(
             slacks, gaps, Jdx, self._sigma, forces, dy_eq, strict=True
         ):
@@ -141,8 +142,9 @@ class KKTSystem:
         assert self._factor is not None
         forces = [s.barrier_force(each) for s, each in zip(slacks, changes, strict=True)]
         dx = -solved(self._factor, e.pull_back(forces))
-        new = Step(step.x + dx, [], [], [])
-        every = zip(slacks, e.push_forward(dx), self._sigma, forces, changes, strict=True)
+        Jdx = e.push_forward(dx)
+        new = Step(step.x + dx, [r + j for r, j in zip(step.r, Jdx, strict=True)], [], [], [])
+        every = zip(slacks, Jdx, self._sigma, forces, changes, strict=True)
         for i, (s, j, sigma, force, change) in enumerate(every):
             b = s.block
             dy = np.where(b.inequalities, sigma * j + force, 0.0)

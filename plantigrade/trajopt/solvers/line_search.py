@@ -142,7 +142,9 @@ class LineSearch:
 
     def _slope(self) -> float:
         """Return the derivative of the barrier function along the step."""
-        slope = float(self._e.objective_gradient(self._x) @ self._step.x)
+        slope = float(self._e.t.smoothness(self._x)[1] @ self._step.x)
+        for b, r in zip(self._e.blocks, self._step.r, strict=True):
+            slope += float(np.sum(b.cost_gradient(b.r) * r))
         for s, d in zip(self._slacks, self._step.s, strict=True):
             slope += float(np.sum(s.barrier_force(self._mu) * d))
         return slope

@@ -71,7 +71,10 @@ class ConstraintBlock:
             self._only = column, np.take_along_axis(self.J, column[..., None], 2)[..., 0]
 
     def add_squares(self, H: Array, at: Array, rows: slice, w: Array) -> None:
-        """Add J' diag(w) J of some of the nodes to H, at the places ``at`` of its first axis."""
+        """Add J' diag(w) J of some of the nodes to H, at the places ``at`` of its first axis.
+
+        Weights are zero or more: the root of them makes it a product with itself, half the work.
+        """
         if self.single:
             columns, values = self._only
             column = self.columns.start + columns[rows]
@@ -80,8 +83,9 @@ class ConstraintBlock:
         used = np.flatnonzero(w.any(axis=0))
         if not len(used):
             return
-        J = self.J[rows] if len(used) == w.shape[1] else self.J[rows][:, used]
-        block = np.matmul((J * w[:, used, None]).transpose(0, 2, 1), J)
+        J = self.J[rows][:, used]  # a copy
+        J *= np.sqrt(w[:, used, None])
+        block = np.matmul(J.transpose(0, 2, 1), J)
         H[slice(None) if len(at) == len(H) else at, self.columns, self.columns] += block
 
     def cost(self, r: Array) -> float:
