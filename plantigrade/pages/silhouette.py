@@ -39,7 +39,7 @@ def silhouettes(
         points: Projected vertices in every frame [m].
         grain: Step of the grid [m].
     """
-    masks, low = _filled(points[:, faces], grain)
+    masks, low = _filled(points, faces, grain)
     values = gaussian_filter(masks.astype(np.float32), (0.0, 1.0, 1.0)) - LEVEL
     found = []
     for each, place in zip(values, low, strict=True):
@@ -76,25 +76,28 @@ def spline_data(outlines: Float[Array, "n count 2"], *, per_metre: float) -> lis
     return found
 
 
-def _filled(corners: Float[Array, "n n_faces 3 2"], grain: float) -> tuple[Array, Array]:
+def _filled(
+    points: Float[Array, "n n_points 2"], faces: Int[Array, "n_faces 3"], grain: float
+) -> tuple[Array, Array]:
     """Return masks of triangles, ``(n, rows, columns)``, and the places of their first cells."""
-    low = corners.min(axis=(1, 2)) - MARGIN * grain
-    cells = (corners - low[:, None, None]) / grain
-    sides = np.abs(cells - np.roll(cells, 1, axis=2)).max(axis=(2, 3)) * np.sqrt(2.0)
+    low = points.min(axis=1) - MARGIN * grain
+    cells = (points - low[:, None]) / grain
+    columns, rows = np.ceil(cells.max(axis=(0, 1))).astype(int) + MARGIN + 1
+    x, y = (cells[:, faces, axis] for axis in range(2))
+    ahead = [each[..., 1:] - each[..., :1] for each in (x, y)]
+    front = ahead[0][..., 0] * ahead[1][..., 1] <= ahead[1][..., 0] * ahead[0][..., 1]
+    x, y = x[front], y[front]  # the others face away, and these lie before them
+    first = np.nonzero(front)[0] * (rows * columns)
+    sides = np.maximum(np.ptp(x, axis=1), np.ptp(y, axis=1)) * np.sqrt(2.0)
     parts = (2 ** np.ceil(np.log2(np.maximum(1.0, sides / FILL_STEP)))).astype(int)
-    columns, rows = np.ceil(cells.max(axis=(0, 1, 2))).astype(int) + MARGIN + 1
-    masks = np.zeros(len(corners) * rows * columns, dtype=bool)
-    frame = np.broadcast_to(np.arange(len(corners))[:, None], parts.shape)
-    a, b, c = (cells[:, :, corner] for corner in range(3))
-    across = (b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0]
-    parts[across > 0.0] = 0  # they face away, and others lie before them
-    for k in np.unique(parts[parts > 0]):  # a few sizes: triangles of one size are filled together
+    masks = np.zeros(len(points) * rows * columns, dtype=bool)
+    for k in np.unique(parts):  # a few sizes: triangles of one size are filled together
         i, j = np.triu_indices(k + 1)
-        shares = np.stack([i, j - i, k - j], axis=1) / k
+        shares = np.stack([i, j - i, k - j]) / k
         own = parts == k
-        column, row = np.rint(shares @ cells[own]).astype(int).transpose(2, 0, 1)
-        masks[((frame[own] * rows)[:, None] + row) * columns + column] = True
-    return masks.reshape(len(corners), rows, columns), low
+        column, row = (np.rint(each[own] @ shares) for each in (x, y))
+        masks[(first[own, None] + row * columns + column).astype(np.intp)] = True
+    return masks.reshape(len(points), rows, columns), low
 
 
 def _borders(values: Float[Array, "rows columns"]) -> list[Float[Array, "n 2"]]:
