@@ -91,7 +91,7 @@ def walk_figures(record: Record, person: Mapping[str, Any]) -> dict[str, Any]:
     direction = walking_direction(record)
     if direction == "backward":  # on toes, which land first
         heel, toe = toe, heel
-    found: dict[str, Any] = gait_measures(time, heel, toe, motion.events).metrics()
+    found: dict[str, Any] = gait_measures(time, heel, toe, motion.events, overground=True).metrics()
     if direction != "forward":
         found["walking_direction"] = direction
     if direction == "sideways":  # lengths and widths of steps are along the way, feet are across it
