@@ -1,4 +1,4 @@
-"""Contact sites of hands, knees and seat, which rest on a floor, a chair, a wall or a rail."""
+"""Contact sites of hands, knees, seat and heels on a floor, a chair, a wall or a rail."""
 
 from dataclasses import replace
 
@@ -16,10 +16,15 @@ KNEE_PART = "knee"  #: Part name of a site that kneels
 KNEELING_PITCH = float(np.pi / 2)
 """Forward pitch of a shank that lies on the ground [rad]; its knee rolls from there."""
 TOES_PART = "toes"  #: Part name of the ball of a foot that kneels on its toes
+HEEL_PART = "heel_behind"  #: Part name of the back of a heel, on which a stretched leg lies
+LYING_PITCHES = {KNEE_PART: KNEELING_PITCH, HEEL_PART: -KNEELING_PITCH}
+"""Forward pitch of a body from which its site rolls, by part [rad]; zero for the others."""
 BALL = "metatarsal_1"
 """Sphere on which kneeling toes rest; the axis of the knee turns the shank so that it is lowest."""
 SUPPORTED_PARTS = tuple(
-    f"{part}_{side}" for part in (HAND_PART, KNEE_PART, "seat", TOES_PART) for side in SIDES
+    f"{part}_{side}"
+    for part in (HAND_PART, KNEE_PART, "seat", TOES_PART, HEEL_PART)
+    for side in SIDES
 )
 """Parts of the body that a support of a task may carry, besides feet."""
 SEATED_PELVIS_TILT = float(np.deg2rad(15.0))
@@ -38,11 +43,12 @@ def palm(human: Human, side: str) -> Point:
 
 
 def limb_site(human: Human, part: str, *, on_ground: bool = False) -> ContactSite:
-    """Return the contact site of a hand, a knee, an ischium or the toes of a leg that kneels.
+    """Return the contact site of a hand, a knee, an ischium, or toes or heel of a leg that lies.
 
     A hand rests on the middle of the palm, a point, which on the ground is as far from the bones as
     the surface of the wrist. A knee rests on a sphere about the joint as thick as the thigh, which
-    the shank turns; toes of a leg that kneels roll on the ball of the foot.
+    the shank turns; toes of a leg that kneels roll on the ball of the foot, and a leg that is
+    stretched on the ground lies on the outer edge of the back of the heel.
 
     Raises:
         ParameterError: If the part is none of :data:`SUPPORTED_PARTS`.
@@ -54,6 +60,11 @@ def limb_site(human: Human, part: str, *, on_ground: bool = False) -> ContactSit
     if stem == TOES_PART:
         ball = next(s for s in foot_sites(human) if s.name == f"{BALL}_{side}")
         return replace(ball, side="", part=TOES_PART, name=part)
+    if stem == HEEL_PART:
+        outward = -1.0 if side == "r" else 1.0
+        heels = [s for s in foot_sites(human) if s.side == side and s.part == "heel"]
+        heel = max(heels, key=lambda s: (-s.position[0], outward * s.position[1]))
+        return replace(heel, side="", part=HEEL_PART, name=part)
     if stem == KNEE_PART:
         thigh = next(b for b in human.skeleton.bodies if b.name == f"femur_{side}")
         radius = float(thigh.solids[0].radius)

@@ -11,7 +11,7 @@ from plantigrade.analyze.plausibility import Plausibility
 from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array
 from plantigrade.contact.ground import Ground
-from plantigrade.contact.limb_sites import HAND_PART, KNEE_PART, TOES_PART
+from plantigrade.contact.limb_sites import HAND_PART, HEEL_PART, KNEE_PART, TOES_PART
 from plantigrade.contact.site import CHAIR_PART, ContactSite
 from plantigrade.control import Situation, controller_named
 from plantigrade.control.balance import MotionReference, feasible_motion, script_named, scripted
@@ -45,7 +45,8 @@ from plantigrade.world import (
 )
 from plantigrade.world.recorded_wrench import recorded_wrenches
 
-LIMB_PARTS = (HAND_PART, KNEE_PART, TOES_PART, CHAIR_PART)  # parts of sites besides those of feet
+# Parts of sites besides those of feet
+LIMB_PARTS = (HAND_PART, KNEE_PART, TOES_PART, HEEL_PART, CHAIR_PART)
 MAX_START_DEPTH = 0.3  # Largest depth of the feet below the ground at the start [m]. Chosen.
 
 

@@ -104,6 +104,44 @@ def test_a_first_guess_rests_where_the_plan_has_it():
         )
 
 
+def test_a_stretched_leg_lies_on_its_heel_and_is_drawn_in():
+    sitter = Human.create(1.9, 80.0, joints="42", feet="two-segment")
+    task = make_task("get-up", sitter, {"begin": "sitting", "side": "l"})
+    plan, body = task.plan, task.body_of(sitter)
+    heels = {s.site.name[-1]: s for s in plan.supports if s.site.name.startswith("heel")}
+    assert heels["l"].stop < heels["r"].stop
+    q = task.guess(body, plan, np.array([0.0, 2.2]))
+    bent, ahead = body.symbolic.names.index("knee_angle_r"), heels["r"].position[0]
+    assert np.rad2deg(q[0, bent]) < 30.0 and np.rad2deg(q[1, bent]) > 100.0
+    for side in "rl":
+        (foot,) = (s for s in plan.stances if s.footprint.side == side)
+        assert foot.heel_strike > heels[side].stop
+        assert ahead - foot.footprint.position[0] > 0.5 * sitter.dimensions.thigh
+    at = derivatives_of(site_places(body, np.zeros((1, len(body.sites))), rates=False).function)
+    p = np.tile([1.0, 0.0], (1, len(body.sites)))
+    zero = np.zeros_like(q[:1])
+    rows = at.values(q[:1], zero, zero, np.zeros((1, 3 * len(body.sites))), p)
+    for support in plan.supports:
+        k = [s.name for s in body.sites].index(support.site.name)
+        np.testing.assert_allclose(rows.reshape(-1, 3)[k], support.position, atol=1e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.solver
+@pytest.mark.parametrize("height, mass, side", [(1.3, 28.0, "r"), (1.74, 71.0, "l")])
+def test_a_person_gets_up_from_sitting_on_the_floor(height, mass, side):
+    sitter = Human.create(height, mass, joints="43", feet="two-segment")
+    task = make_task("get-up", sitter, {"begin": "sitting", "side": side})
+    record = synthesize(task.body_of(sitter), task).record()
+    verdict = check(record)
+    assert verdict.ok, [f.sentence() for f in verdict.findings]
+    assert record.contact_force is not None and not record.ground.seats
+    parts = ("seat_l", "seat_r", "heel_behind_l", "heel_behind_r", "hand_l", "hand_r")
+    shares = record.contact_force[0, [knee(record, n) for n in parts], 2] / record.weight
+    assert shares.sum() == pytest.approx(1.0, abs=0.02) and shares.min() > 0.005
+    assert max(aside(record, "head"), aside(record, sitter.trunk)) < np.deg2rad(20.0)
+
+
 def aside(record: Record, part: str) -> float:
     """Return how far the upward axis of a part leans to a side at most [rad]."""
     human = record.human

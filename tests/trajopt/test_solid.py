@@ -128,6 +128,29 @@ def test_a_trunk_that_the_row_keeps_off_the_thigh_is_off_it():
     assert distance[row > 0.0].min() > -0.005  # the upper half of the thigh is not looked at
 
 
+def test_thighs_that_the_row_keeps_off_shoulders_and_head_are_off_them():
+    """People who sit on the ground, their knees drawn up and apart, at random."""
+    human = Human.create(1.74, 71.0, joints="43")
+    given = ContactBody(human, ())
+    rng, names = np.random.default_rng(11), given.symbolic.names
+    q = np.tile(standing_posture(human), (400, 1))
+    for name, low, high in (
+        ("hip_flexion_r", 2.0, 2.6), ("hip_adduction_r", -0.7, 0.4), ("hip_rotation_r", -0.5, 0.5),
+        ("lumbar_extension", -1.4, -0.6), ("lumbar_bending", -0.4, 0.4), ("neck_rotation", -1, 1),
+    ):  # fmt: skip
+        q[:, names.index(name)] = rng.uniform(low, high, len(q))
+    zero, n = np.zeros_like(q), len(q)
+    qpos = given.symbolic.to_mujoco(q, zero, zero)[0]
+    distance = np.array([apart(human, x, ["femur_r"], ["thorax", "head"]) for x in qpos])
+    found = {}
+    for shoulders in (False, True):
+        family = arms(given, n, True, True, shoulders)
+        row = values(family, q, zero, zero, np.zeros((n, 0)))[:, 3]
+        assert (row > 0.0).sum() > 20 and (distance < -0.02).any()
+        found[shoulders] = distance[row > 0.0].min()
+    assert found[False] < -0.004 and found[True] > -0.001
+
+
 def test_hands_far_apart_have_second_derivatives():
     import casadi as ca
 

@@ -68,7 +68,7 @@ def seated_posture(human: Human, chair_height: float) -> Float[Array, " nv"]:
         ParameterError: If the seat is too high or too low.
     """
     d = human.dimensions
-    feet = _feet(human)
+    feet = turned_out(human)
     ankle = feet["r"].position[0]
     hip = chair_height + HIP_ABOVE_SEAT * human.height
     knee = d.ankle_height + d.shank * np.cos(SHANK_LEAN)
@@ -94,7 +94,7 @@ def sit_to_stand(human: Human, parameters: SitToStand) -> MotionTask:
     if chair_height is None:
         chair_height = CHAIR_HEIGHT_SHARE * (d.ankle_height + d.shank)
     reverse, rests = isinstance(parameters, StandToSit), ()
-    feet, sites = _feet(human), seat_sites(human)
+    feet, sites = turned_out(human), seat_sites(human)
     seated, standing = seated_posture(human, chair_height), standing_on(human, feet)
     off = parameters.seat_off * duration
     rising = np.array([0.0, off, off + HALF_RISE_TIME * (duration - off), duration])
@@ -161,7 +161,7 @@ def _centre_of_mass(human: Human, q: Float[Array, " nv"]) -> tuple[float, float,
     return float(x), float(y), float(z)
 
 
-def _feet(human: Human) -> dict[str, Footprint]:
+def turned_out(human: Human) -> dict[str, Footprint]:
     """Return where the feet are: as in standing, turned out as in walking.
 
     On parallel feet the knees of a seated person meet, because of the axis of the knee.

@@ -1,8 +1,9 @@
-"""Getting up from the floor: from hands and knees over one knee, or from one knee, to standing.
+"""Getting up from the floor: from hands and knees over one knee, from one knee, or from sitting.
 
 From hands and knees one foot comes forward between the hands, which then leave the floor; the foot
-behind pushes off the floor with its toes and is put down beside the other. Where and when things
-rest is given; forces, torques and the motion are computed.
+behind pushes off the floor with its toes and is put down beside the other. From sitting both feet
+are drawn in (:mod:`~plantigrade.trajopt.tasks.sitting_on_floor`). Where and when things rest is
+given; forces, torques and the motion are computed.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -28,6 +29,7 @@ from plantigrade.trajopt.guess.rising import RisingPostures
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.tasks.mechanics import check_time
 from plantigrade.trajopt.tasks.settings import GetUp
+from plantigrade.trajopt.tasks.sitting_on_floor import from_sitting
 from plantigrade.trajopt.tasks.standing import at_rest, basics
 from plantigrade.trajopt.tasks.supported import with_supports
 from plantigrade.trajopt.tasks.task import MotionTask
@@ -70,33 +72,31 @@ class _Times:
         return _Times(**{f.name: duration * getattr(self, f.name) for f in fields(self)})
 
 
-HALF_KNEELING_DURATION, ALL_FOURS_DURATION = 3.0, 6.0  # [s] where none is given. Chosen.
+DURATIONS = {"half-kneeling": 3.0, "all-fours": 6.0, "sitting": 5.0}
+"""Duration from a posture on the floor where none is given [s]. Chosen."""
 _HALF_KNEELING = _Times(-1.0, -1.0, -1.0, 0.37, 0.63, 0.80)  # [1] of the duration. Estimate.
 _ALL_FOURS = _Times(0.10, 0.27, 0.40, 0.54, 0.71, 0.86)  # [1] of the duration. Estimate.
 
 
 def get_up(human: Human, parameters: GetUp) -> MotionTask:
-    """Return the task of getting up from hands and knees, or from one knee.
+    """Return the task of getting up from hands and knees, from one knee, or from sitting.
 
     Toes of a leg that kneels are on the floor.
 
     Raises:
         ParameterError: If there is too little time, or feet have no toes to kneel on.
     """
-    word("begin", parameters.begin, ("half-kneeling", "all-fours"))
-    front = parameters.side
-    if f"mtp_angle_{front}" not in human.coordinates:
-        raise ParameterError("toes of rigid feet cannot bend in kneeling: take feet='two-segment'")
-    fours = parameters.begin == "all-fours"
-    usual = ALL_FOURS_DURATION if fours else HALF_KNEELING_DURATION
-    duration = parameters.duration or usual
-    at = (_ALL_FOURS if fours else _HALF_KNEELING).lasting(duration)
-    plan, supports = _plan(human, front, at, hands=fours)
-    standing = standing_posture(human)
-    times, postures = _keys(human, front, at)
+    word("begin", parameters.begin, tuple(DURATIONS))
+    duration = parameters.duration or DURATIONS[parameters.begin]
+    if parameters.begin == "sitting":
+        made = from_sitting(human, parameters.side, duration)
+    else:
+        made = _from_knees(human, parameters.side, duration, hands=parameters.begin == "all-fours")
+    plan, supports, times, postures, rises = made
+    standing = postures[-1]
     begun = ContactPlan(duration, plan.stances, supports=supports)
     start = resting(ContactBody.for_plan(human, begun), begun, np.zeros(1), postures[:1])[0]
-    check_time(human, duration - at.knee_off, float(standing[4] - start[4]), "to get up")
+    check_time(human, duration - rises, float(standing[4] - start[4]), "to get up")
     terms = (
         *basics(human),
         Rest(0.0),
@@ -110,6 +110,21 @@ def get_up(human: Human, parameters: GetUp) -> MotionTask:
     )
     guess = Interpolated(times, (start, *postures[1:]))
     return with_supports(MotionTask("get-up", plan, terms, guess), supports)
+
+
+def _from_knees(
+    human: Human, front: str, duration: float, *, hands: bool
+) -> tuple[ContactPlan, tuple[PointSupport, ...], tuple[float, ...], Float[Array, "n nv"], float]:
+    """Return the plan of the feet, other supports, times, postures and when the rise begins [s].
+
+    Raises:
+        ParameterError: If feet have no toes to kneel on.
+    """
+    if f"mtp_angle_{front}" not in human.coordinates:
+        raise ParameterError("toes of rigid feet cannot bend in kneeling: take feet='two-segment'")
+    at = (_ALL_FOURS if hands else _HALF_KNEELING).lasting(duration)
+    plan, supports = _plan(human, front, at, hands=hands)
+    return plan, supports, *_keys(human, front, at), at.knee_off
 
 
 def _plan(

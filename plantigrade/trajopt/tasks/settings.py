@@ -236,12 +236,14 @@ class GetUp(TaskSettings):
     activity = "getting up from the floor"
     ranges = {"duration": (1.5, MAX_DURATION, "s")}
 
-    begin: Literal["half-kneeling", "all-fours"] = "all-fours"
-    """Kneeling on one knee, or on hands and knees."""
+    begin: Literal["half-kneeling", "all-fours", "sitting"] = "all-fours"
+    """Kneeling on one knee, on hands and knees, or sitting with stretched legs."""
     duration: Seconds = None
-    """Duration, until standing [s]; by default 3 from one knee, 6 from hands and knees."""
+    """Duration, until standing [s]; by default 3 from one knee, 6 from hands and knees, 5 from
+    sitting."""
     side: Side = "r"
-    """Side of the foot ahead; the other knee is on the floor."""
+    """Side of the foot ahead, the other knee being on the floor; or, from sitting, that is drawn in
+    first."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from plantigrade.contact.limb_sites import HAND_PART
 from plantigrade.contact.plan import PointSupport
+from plantigrade.contact.site import CHAIR_PART
 from plantigrade.errors import ParameterError
 from plantigrade.trajopt.guess.hands import HandsOnSupports
 from plantigrade.trajopt.guess.in_contact import InContact
@@ -38,10 +39,9 @@ def with_supports(task: MotionTask, supports: Sequence[PointSupport]) -> MotionT
             )
     plan = replace(task.plan, supports=(*task.plan.supports, *supports))
     terms, guess = (*task.terms, *map(InFront, surfaces)), HandsOnSupports(task.guess)
-    if any(s.site.part != HAND_PART for s in supports):  # near the ground
+    parts = {s.site.part for s in supports}
+    if parts != {HAND_PART}:  # near the ground
         guess = InContact(task.guess)
-        terms = tuple(
-            replace(t, opposite_thighs=True, shanks=True) if isinstance(t, SolidLimbs) else t
-            for t in terms
-        )
+        near = {"opposite_thighs": True, "shanks": True, "shoulders": CHAIR_PART in parts}
+        terms = tuple(replace(t, **near) if isinstance(t, SolidLimbs) else t for t in terms)
     return replace(task, plan=plan, terms=terms, guess=guess)

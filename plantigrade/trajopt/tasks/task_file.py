@@ -36,7 +36,7 @@ import numpy as np
 
 from plantigrade.bounds import shown
 from plantigrade.constants import SIDES
-from plantigrade.contact.limb_sites import KNEE_PART, KNEELING_PITCH, SUPPORTED_PARTS, limb_site
+from plantigrade.contact.limb_sites import LYING_PITCHES, SUPPORTED_PARTS, limb_site
 from plantigrade.contact.plan import SAME_HEIGHT, UP, Footprint, PointSupport, Stance
 from plantigrade.errors import FileError, ParameterError, did_you_mean, known_names
 from plantigrade.models import Human
@@ -347,7 +347,7 @@ def _support(human: Human, given: Mapping[str, Any]) -> PointSupport:
         given.get("stop", FOR_EVER),
         (x, y, z),
         given.get("friction"),
-        KNEELING_PITCH if site.part == KNEE_PART else 0.0,
+        LYING_PITCHES.get(site.part, 0.0),
     )
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
@@ -32,6 +33,11 @@ class Rod:
         places = [self.a + x * (self.b - self.a) for x in along]
         return [Rod(self.body, p, p, self.radius) for p in places]
 
+    @property
+    def distal_half(self) -> "Rod":
+        """The part from its middle to its second end."""
+        return Rod(self.body, (self.a + self.b) / 2, self.b, self.radius)
+
 
 def leg_rods(human: Human, side: str) -> tuple[Rod, Rod, list[Rod]]:
     """Return thigh, shank, and what of a foot is next to the other leg."""
@@ -61,8 +67,8 @@ def leg_rods(human: Human, side: str) -> tuple[Rod, Rod, list[Rod]]:
     return thigh, shank, kept
 
 
-def arm_spheres(human: Human, side: str) -> list[Rod]:
-    """Return spheres along an arm."""
+def arm_spheres(human: Human, side: str, *, corners: bool = False) -> list[Rod]:
+    """Return spheres along an arm; of a hand its end, middle and edges, or all its corners."""
     out: list[Rod] = []
     for name in _below(human, f"humerus_{side}"):
         solids = next(b.solids for b in human.skeleton.bodies if b.name == name)
@@ -71,8 +77,12 @@ def arm_spheres(human: Human, side: str) -> list[Rod]:
                 rod = Rod(name, solid.a, solid.b, solid.radius)
                 out += rod.points(7)[3:] if name.startswith("humerus") else rod.points(3)
                 continue
-            half, thick = solid.b, float(min(solid.b))  # a hand is flat: its end, middle and edges
-            for y in (-1.0, 0.0, 1.0):
+            half, thick = solid.b, float(min(solid.b))
+            if corners:
+                places = [solid.a + half * signs for signs in product((-1.0, 1.0), repeat=3)]
+                out += [Rod(name, p, p, 0.0) for p in places]
+                continue
+            for y in (-1.0, 0.0, 1.0):  # a hand is flat
                 place = solid.a + np.array([0.0, y * (half[1] - thick), thick - half[2]])
                 out.append(Rod(name, place, place, thick))
     return out
@@ -87,8 +97,8 @@ def free_arm_rods(human: Human, side: str) -> list[Rod]:
     for name in _below(human, f"humerus_{side}"):
         for s in solids[name]:
             if s.kind == "capsule":
-                first = (s.a + s.b) / 2 if name.startswith("humerus") else s.a
-                out.append(Rod(name, first, s.b, s.radius))
+                whole = Rod(name, s.a, s.b, s.radius)
+                out.append(whole.distal_half if name.startswith("humerus") else whole)
             else:
                 _, y, z = s.b
                 along = np.array([0.0, 0.0, z - y / 2])

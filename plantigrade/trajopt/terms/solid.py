@@ -49,6 +49,7 @@ REFERENCE_HEIGHT = 1.74
 LEG_DIAMETER = 0.1  # [m] approximate diameter of a leg
 PASSING_DISTANCE = 0.35  # [m] sagittal distance of feet within which the legs are close
 SAMPLE_SHARES = np.linspace(0.0, 1.0, 51)
+BELLY_SPHERES = 4  # along the distal half of a thigh, next to a trunk that bends over it
 LEGS, ARMS, GROUND = "solid legs", "solid arms", "arms above the ground"
 
 
@@ -73,6 +74,9 @@ class SolidLimbs(Term):
     #: Whether an arm keeps away from both shanks too, which only a person near the ground comes
     #: near
     shanks: bool = False
+    #: Whether thighs keep away from shoulders and neck too, which only the knees of a person who
+    #: sits on the ground come near
+    shoulders: bool = False
 
     def spaced(self, plan: ContactPlan) -> tuple[Spaced, ...]:
         """Return when a swinging foot passes the other leg: that must not happen between nodes.
@@ -99,7 +103,7 @@ class SolidLimbs(Term):
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit the rows."""
         near = self.arms * b.body.human.height / REFERENCE_HEIGHT
-        n, near_to = len(b.nodes), (self.opposite_thighs, self.shanks)
+        n, near_to = len(b.nodes), (self.opposite_thighs, self.shanks, self.shoulders)
         for family, margin in (
             (legs(b.body, n), self.margin), (arms(b.body, n, *near_to), near),
         ):  # fmt: skip
@@ -138,11 +142,16 @@ def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
 
 
 def arms(
-    body: ContactBody, n_nodes: int, opposite_thighs: bool = False, shanks: bool = False
+    body: ContactBody,
+    n_nodes: int,
+    opposite_thighs: bool = False,
+    shanks: bool = False,
+    shoulders: bool = False,
 ) -> ConstraintFamily:
     """Return how far arms are from trunk, head, legs and each other, thighs from the trunk."""
     human = body.human
     family = ARMS + " and both thighs" * opposite_thighs + " and shanks" * shanks
+    family += " and shoulders" * shoulders
 
     def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
         at = _Placed(ca, body, q)
@@ -161,10 +170,15 @@ def arms(
         spheres = [x for rod in right for x in rod.points(sphere_count(human, rod))]
         d = [at.apart(x, rod) for x in spheres for rod in left]
         above = [(name, solid) for name, solid in trunk if name != human.body_names[0]]
+        names = {name for name, _ in above} if shoulders else {}
+        high = [Rod(b.name, s.a, s.b, s.radius) for b in human.skeleton.bodies
+                if b.name in names for s in b.solids if s.kind == "capsule"]  # fmt: skip
         folded = []
         for side in SIDES:  # from its middle on: it begins next to the belly
-            spheres = leg_rods(human, side)[0].points(7)[3:]
+            thigh = leg_rods(human, side)[0].distal_half
+            spheres = thigh.points(sphere_count(human, thigh) if shoulders else BELLY_SPHERES)
             belly = [at.distance(x, *each) for x in spheres for each in above]
+            belly += [at.apart(x, rod) for x in spheres for rod in high]
             folded.append(ROW_SCALE * _least(ca, belly))
         # From one of them on: arms far apart leave nothing of the exponentials themselves.
         arms_apart = ROW_SCALE * (d[0] + _least(ca, [x - d[0] for x in d]))
@@ -183,7 +197,7 @@ def arms(
 
 def arms_above_ground(body: ContactBody, n_nodes: int) -> ConstraintFamily:
     """Return how high the lowest points of both arms are in the axes of the ground [0.1 m]."""
-    spheres = {side: arm_spheres(body.human, side) for side in SIDES}
+    spheres = {side: arm_spheres(body.human, side, corners=True) for side in SIDES}
 
     def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
         rows = []
