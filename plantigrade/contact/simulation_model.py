@@ -3,27 +3,20 @@ r"""A person as MJCF that can be stepped at once: actuators, sensors, stiffness 
 The base is :func:`plantigrade.contact.scene.scene_xml` on level ground: motors with the person's
 torque limits, armature, damping, contact between limbs, friction.
 
-**Stiffness.** MuJoCo's contacts are soft in the direct form of ``solref``: with its negative
-numbers :math:`-k, -b` and impedance :math:`d`, a sphere that carries the force :math:`f` at rest
-is pressed in by :math:`r` with
-
-.. math:: \frac{k\, r}{d} = R f, \qquad R = \frac{1 - d}{d} A,
-
-where :math:`A` is the inverse mass at the contact, of the bodies alone (``body_invweight0``). For a
-stiffness :math:`K = f / r` therefore :math:`k = K (1 - d) A`. Sole and ground are in series,
-:math:`1/K = 1/K_{sole} + 1/K_{ground}`; damping is critical, :math:`b = 2 \sqrt{k}`.
+**Stiffness.** Soles yield as in :mod:`plantigrade.contact.sole`, with the damping of heel pads.
+Sole and ground are in series, :math:`1/K = 1/K_{sole} + 1/K_{ground}`.
 """
 
 from typing import Literal
 from xml.etree import ElementTree as ET
 
 import mujoco
-import numpy as np
 
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.scene import scene_xml
 from plantigrade.contact.site import GEOM_PREFIX, contact_sites
+from plantigrade.contact.sole import SoleSettings, soften
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.models.mjcf import numbers, read_mjcf
@@ -38,8 +31,6 @@ SERVO_STIFFNESS = 8.0
 """Stiffness of a position servo per greatest torque of its joint [1/rad]. Every joint set stands on
 every foot for as long as it was tried (5 s); with 4, multi-segment feet gave way."""
 SERVO_DAMPING = 0.1  #: Damping of a position servo over its stiffness [s]
-IMPEDANCE = 0.9
-"""Impedance :math:`d` of a contact whose stiffness is given: MuJoCo's usual one."""
 STIFFNESS_RANGE = (1e3, 1e7)
 """Allowed stiffness of a contact [N/m]: softer than foam, and harder than steel steps can hold."""
 
@@ -115,14 +106,10 @@ def _in_series(*values: float | None) -> float | None:
 
 def _soften(root: ET.Element, human: Human, stiffness: float) -> None:
     """Give every sphere of the soles a stiffness [N/m]; it rules over that of the floor."""
-    bodies = {GEOM_PREFIX + site.name: site.body for site in contact_sites(human)}
     model = read_mjcf(mujoco.MjModel.from_xml_string, ET.tostring(root, encoding="unicode"))
-    for geom in root.iter("geom"):
-        body = bodies.get(geom.get("name", ""))
-        if body is None:
-            continue
-        inverse_mass = float(model.body_invweight0[model.body(body).id, 0])
-        k = stiffness * (1.0 - IMPEDANCE) * inverse_mass
-        geom.set("solref", numbers([-k, -2.0 * np.sqrt(k)]))
-        geom.set("solimp", numbers([IMPEDANCE, IMPEDANCE, 0.001]))
-        geom.set("priority", "1")
+    geoms = {geom.get("name", ""): geom for geom in root.iter("geom")}
+    for site in contact_sites(human):
+        soften(model, site.name, stiffness, SoleSettings.damping_time)
+        name = GEOM_PREFIX + site.name
+        for key in ("solref", "solimp", "solmix"):
+            geoms[name].set(key, numbers(getattr(model.geom(name), key)))

@@ -9,11 +9,14 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.gait.phase import FootContactSettings
+from plantigrade.control.gait.step import StepSettings
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.motion.blends import cubic_rise
 from plantigrade.world import Command, Controller, StablePD, State, Target, standing_on
+
+EVENNESS = 1e-3  # weight of an even load: decides what the body weight leaves open
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,11 +30,9 @@ class PostureSettings:
     contact_height: float = FootContactSettings.max_planned_height
     """Height of a sphere above the ground up to which it carries load at rest [m]; as in
     walking."""
-    cop_tolerance: float = 0.05
-    """Error of the centre of pressure that counts as much as the whole body weight [m]. Chosen (±20
-    %: below 2 %)."""
-    evenness: float = 1e-3
-    """Weight of an even load against that of the body weight. Chosen (±20 %: below 2 %)."""
+    cop_tolerance: float = StepSettings.sole_radius
+    """Error of the centre of pressure that counts as much as the whole body weight [m]; with it
+    the pressure would leave a sole."""
 
 
 class Passive(Controller):
@@ -132,7 +133,7 @@ def resting_torques(
     if not loaded.any():
         return np.zeros(len(human.coordinates))
     offset = (low[loaded, :2] - body.com[:2]).T
-    even = np.full(loaded.sum(), s.evenness)
+    even = np.full(loaded.sum(), EVENNESS)
     rows = np.vstack([np.ones(len(even)), offset / s.cop_tolerance, np.diag(even)])
     share, _ = nnls(rows, np.r_[1.0, 0.0, 0.0, even / len(even)])
     force = weight * share / share.sum()

@@ -69,11 +69,6 @@ class Control:
             return False
         return self.low <= value <= self.high and (not self.whole or value == int(value))
 
-    def clipped(self, value: float) -> float:
-        """Return a number within the range, whole if it has to be."""
-        inside = min(max(float(value), self.low), self.high)
-        return float(round(inside)) if self.whole else inside
-
 
 def controls_of(
     parameters: TaskSettings, strengths: Mapping[str, float] | None = None

@@ -122,11 +122,6 @@ class Segments:
             home[b] = at, before, place
         return tuple(found), {names[b]: where for b, where in home.items()}
 
-    @property
-    def masses(self) -> Float[Array, " 6"]:
-        """Masses of trunk, upper arms, lower arms, thighs, shanks and feet, both sides [kg]."""
-        return np.array([link.mass for link in self._merged[0]])
-
     def tree(self) -> LinkTree:
         """Return the segments for recursions in the eleven coordinates of :meth:`spread`."""
         tree = LinkTree(self.human, np.array(self.human.model.opt.gravity))

@@ -60,9 +60,6 @@ class ForceSettings:
     min_foot_load: float = 0.035
     """Load below which a foot is in the air and has no centre of pressure [body weights].
     Chosen."""
-    force_cost: float = 1.0
-    """Cost of a squared unit of force, and of its squared change from the instant before, against
-    squared posture errors [rad²/s⁴]. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -196,7 +193,7 @@ class ForceUnknowns:
         needed = [[self.dynamics.rows(stacked([row.level for row in level]))] for level in rows]
         needed[self.shared] += self._wrenches(state, time)
         before = self.before[self.on].ravel()
-        preferred, metric = _preference(self.dynamics, desired, before, s)
+        preferred, metric = _preference(self.dynamics, desired, before)
         low, high = bounds
         return {
             "levels": [strength, *(stacked(level) for level in needed)],
@@ -249,13 +246,15 @@ class ForceUnknowns:
         return found
 
 
-def _preference(
-    dynamics: ReducedDynamics, desired, before, settings: ForceSettings
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return what the last level prefers, and its metric."""
+def _preference(dynamics: ReducedDynamics, desired, before) -> tuple[np.ndarray, np.ndarray]:
+    """Return what the last level prefers, and its metric.
+
+    A unit of force costs as much as one of acceleration, and so does its change from the instant
+    before.
+    """
     metric = dynamics.matrix.T @ dynamics.matrix
     right = dynamics.matrix.T @ (desired - dynamics.offset)
     forces = np.arange(dynamics.n_joints, len(metric))
-    metric[forces, forces] += 2.0 * settings.force_cost
-    right[forces] += settings.force_cost * before
+    metric[forces, forces] += 2.0
+    right[forces] += before
     return np.linalg.solve(metric, right), metric

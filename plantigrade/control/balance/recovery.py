@@ -72,9 +72,9 @@ class RecoverySettings:
     max_vertical_acceleration: float = TaskSettings.max_vertical_acceleration
     """Greatest vertical acceleration of the centre of mass [m/s²]; as in walking. A body that sinks
     fast has no load on its feet, and no friction that stops a fall."""
-    crouch: float = 0.06
-    """Lowering of the centre of mass once a step began [leg lengths]. Chosen (±20 %: deviation 16
-    %)."""
+    crouch: float = SwingSettings.clearance
+    """Lowering of the centre of mass once a step began [leg lengths]: as far as a leg is shortened
+    by the foot that it lifts."""
 
 
 @dataclass(frozen=True)

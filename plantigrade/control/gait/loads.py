@@ -8,6 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import ContactSite
+from plantigrade.control.gait.edges import EdgeSettings
 from plantigrade.control.gait.kinematics import Kinematics
 from plantigrade.control.gait.schedule import settled
 from plantigrade.control.gait.step import StepSettings
@@ -21,9 +22,9 @@ from plantigrade.wbc.forces import ForceSettings
 class LoadSettings:
     """Where a motion without contact forces has load."""
 
-    max_height: float = 0.02
-    """Height of a sphere above the ground up to which it may carry load [m]. Chosen (±20 %:
-    deviation 8 %)."""
+    max_height: float = EdgeSettings.clearance
+    """Height of a sphere above the ground up to which it may carry load [m]; swing feet are
+    higher."""
     max_speed: float = 0.4
     """Speed up to which it may [m/s]. Chosen (±20 %: deviation 12 %)."""
     flies: bool = True

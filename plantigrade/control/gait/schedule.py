@@ -8,6 +8,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.control.gait.divergent import offset_weights
+from plantigrade.control.gait.swing import SwingOffsetSettings
 from plantigrade.wbc.forces import ForceSettings
 
 N_TIME_CONSTANTS = 13.0  # of the pendulum, after which offsets of feet weigh a millionth
@@ -19,8 +20,8 @@ class StanceSettings:
 
     lead_time: float = 0.010
     """Time before its load at which a sphere is in contact [s]. Chosen (±20 %: 0.8 s)."""
-    min_duration: float = 0.06
-    """Least duration of a stance and of a swing [s]. Chosen (±20 %: not met)."""
+    min_duration: float = SwingOffsetSettings.min_arrival_time
+    """Least duration of a stance and of a swing [s]; that in which a foot arrives."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -60,7 +60,7 @@ class TaskSettings:
     """Feedback of the divergent component by the centre of pressure [1/s]."""
     com_height_stiffness: float = 400.0
     """Stiffness of the height of the centre of mass, critically damped [1/s²]."""
-    max_vertical_acceleration: float = 4.0
+    max_vertical_acceleration: float = 3.0
     """Greatest vertical acceleration of the mass [m/s²]: a body that falls can neither press nor
     step, and one that rises faster would be thrown into the air."""
     rise_time: float = 0.5

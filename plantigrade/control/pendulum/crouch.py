@@ -7,6 +7,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.person import leg_length
+from plantigrade.control.gait.swing_foot import SwingSettings
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
@@ -26,15 +27,17 @@ class CrouchSettings:
     """Part of the lean that the neck takes back: the eyes look ahead. Chosen (±20 %: below 2 %)."""
     speed: float = 0.25
     """Speed at which the head is lowered and raised [m/s]. Chosen (±20 %: below 2 %)."""
-    barrier_clearance: float = 0.06
-    """Height of a barrier above the head that passes under it [m]. Chosen (±20 %: below 2 %)."""
+    barrier_clearance: float = SwingSettings.clearance
+    """Height of a barrier above the head that passes under it [leg lengths]; as of feet above the
+    ground."""
     barrier_distance: float = 0.6
     """Distance before and behind a barrier over which the head stays low [m]. Chosen (±20 %:
     below 2 %)."""
 
     def barriers(self, world: SimulatedWorld) -> list[tuple[float, float]]:
         """Return how far ahead barriers of a world are [m], and the depth under them [cm]."""
-        found, tall = [], world.human.height + self.barrier_clearance
+        found = []
+        tall = world.human.height + self.barrier_clearance * leg_length(world.human)
         for each in world.disturbances:
             if isinstance(each, Barrier):
                 depth = 100.0 * (tall - each.height)

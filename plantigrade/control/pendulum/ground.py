@@ -18,6 +18,7 @@ from plantigrade.control.gait.planner import FootstepSettings
 from plantigrade.control.gait.swing import SwingOffsetSettings
 from plantigrade.control.pendulum.frame import Terrain
 from plantigrade.kinematics.state import State
+from plantigrade.wbc.tasks.landing import LandingSettings
 
 PARTS = (-1.0, -0.5, 0.0, 0.5, 1.0)  # of the greatest shift of a footstep, that are tried
 
@@ -37,8 +38,9 @@ class GroundSettings:
     the farthest ones that are tried, with those half as far."""
     hysteresis: float = 0.3
     """Cost by which another shift must be better than the last."""
-    commitment_time: float = 0.1
-    """Time before touchdown from which the shift stays as it is [s]."""
+    commitment_time: float = LandingSettings.min_time_left
+    """Time before touchdown from which the shift stays as it is [s]; as do gains of feet that
+    land."""
     slope_distance: float = 0.3
     """Distance around the person over which height and slope of the ground are taken [leg
     lengths]."""

@@ -26,8 +26,9 @@ class SwingPathSettings:
     clearance: float = 0.010
     """Least height of the recorded sole above the ground in the middle of a swing [leg lengths]:
     recorded toes pass it within millimetres, and soles of fitted feet are partly below it."""
-    clearance_fading: float = 0.25
-    """Part of a swing at its beginning, and at its end, in which that height fades away."""
+    clearance_fading: float = SwingSettings.fixed_phase
+    """Part of a swing at its beginning, and at its end, in which that height fades away; as that in
+    which footsteps of recovery steps stay."""
     landing_depth: float = 0.0035
     """Depth below the ground at which a recorded foot ends its swing [leg lengths], 3 mm. Recorded
     soles are up to 8 mm above it then: late feet held the gait up by 15 ms, with all joints asked

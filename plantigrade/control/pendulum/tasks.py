@@ -86,11 +86,11 @@ class WalkingTaskSettings:
     steady_pelvis_weight: float = 6.0
     """Weight of the rotation of the pelvis without such an error [per rad/s²]: with 3, trunks
     leaned 2 to 7° farther forward than recorded; with 6 in every state, pushed people fell."""
-    momentum_weight: float = 6.0
-    """Angular momentum about horizontal axes [per m/s² at a lever of 1 m]: people keep it small
-    [Herr2008]_. Without it the pelvis was turned back after every touchdown, and the centre of
-    pressure went to the toes and back to the heel (ankle moment r .91, now .93); with 12, a person
-    with legs of half the length fell."""
+    momentum_weight: float = steady_pelvis_weight
+    """Angular momentum about horizontal axes [per m/s² at a lever of 1 m], as firmly as the pelvis:
+    people keep it small [Herr2008]_. Without it the pelvis was turned back after every touchdown,
+    and the centre of pressure went to the toes and back to the heel (ankle moment r .91, now .93);
+    with 12, a person with legs of half the length fell."""
     hanging_height: float = ContactSettings.guarded_depth
     """Height above which a point cannot press before it is down [m], as far as points may sink: the
     body leaned on heels that hung 2 mm over the ground, and fell on them with three times its

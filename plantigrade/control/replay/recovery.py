@@ -12,6 +12,7 @@ from math import exp
 import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
+from plantigrade.control.gait.loads import LoadSettings
 from plantigrade.control.gait.pendulum_state import PendulumState
 from plantigrade.control.gait.phase import Foot, Gait, Touchdown
 from plantigrade.control.gait.step import StepPlanner, StepSettings
@@ -31,9 +32,9 @@ class WaitingSettings:
     min_stance_time: float = StepSettings.swing_durations[-1]
     """Time until the motion's next lift-off, or until it sits, from which it has no support of its
     own to come [s]: that of the slowest recovery step."""
-    seat_time: float = 1.0
+    seat_time: float = LoadSettings.min_rest_time
     """Time before and after sitting for which the seat supports the capture point, because a person
-    who falls towards it sits down [s]. Chosen."""
+    who falls towards it sits down [s]; about that of a stride."""
     rest_time: float = 0.2
     """Time for which they do before the motion goes on [s]. Chosen."""
     rise_time: float = TaskSettings.rise_time
