@@ -27,7 +27,7 @@ from experiments.learned_level import DURATION, QUICK_DURATION
 from experiments.specification import Specification
 from experiments.table import Grid, ResultTable, Row
 from plantigrade.errors import ParameterError
-from plantigrade.options import POLICIES, is_policy
+from plantigrade.options import POLICY_SUFFIXES, is_policy
 
 N_SEEDS = 10
 """Number of fields of bumps for each policy."""
@@ -189,7 +189,7 @@ def run(*, controllers: Sequence[str] = (), **options: Any) -> ResultTable:
         if not is_policy(word):
             raise ParameterError(
                 f"controller={word} is not a policy: learned-feet compares learned and files "
-                f"({' or '.join(POLICIES)}) that plantigrade train or convert wrote"
+                f"({' or '.join(POLICY_SUFFIXES)}) that plantigrade train or convert wrote"
             )
         policy_of(word)
     return experiment(tuple(controllers) or available_feet()).run(**options)

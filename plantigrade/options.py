@@ -19,8 +19,10 @@ import tyro
 
 from plantigrade.errors import ParameterError
 
-LEARNED, POLICIES = "learned", (".npz", ".onnx")
-"""Controller that is a policy of the package, and the ending of a policy of your own."""
+LEARNED = "learned"
+"""Controller that is a policy of the package."""
+POLICY_SUFFIXES = (".npz", ".onnx")
+"""Ends of the names of files of policies."""
 
 
 def number_of(kind: type, word: str) -> Any:
@@ -201,4 +203,4 @@ def assignments(words: Iterable[str]) -> dict[str, str]:
 
 def is_policy(word: str | None) -> bool:
     """Return whether the word of a controller names a trained policy."""
-    return word is not None and (word == LEARNED or word.endswith(POLICIES))
+    return word is not None and (word == LEARNED or word.endswith(POLICY_SUFFIXES))

@@ -24,7 +24,8 @@ from plantigrade.models.stature import usual_mass
 from plantigrade.motion.event_timing import is_running
 from plantigrade.spatial.conventions import rotation_matrix
 
-MIN_SLOPE, MAX_SLOPE = 0.35, 2.2  # [1] range of the slope of forces that belong to the motion
+MIN_SLOPE = 0.35  # [1] least slope of forces that belong to the motion
+MAX_SLOPE = 2.2  # [1] greatest slope of forces that belong to the motion
 MIN_VARIATION = {"fore-aft": 0.012, "sideways": 0.025, "vertical": 0.02}
 """Minimum standard deviation of the required force, for a slope [BW]; half the frame rate leaves a
 quarter of it, and walkers have 0.06, 0.03 and 0.12."""

@@ -6,7 +6,8 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.record import Record
 
-WALKING_PEAK, RUNNING_PEAK = 1.2, 2.5  # [BW] usual peaks of the vertical force of people
+WALKING_PEAK = 1.2  # [BW] usual peak of the vertical force of people who walk
+RUNNING_PEAK = 2.5  # [BW] usual peak of the vertical force of people who run
 MIN_IMPACT_FORCE = 5.0  # [BW] from which a warning is due: twice that of running. Chosen
 
 

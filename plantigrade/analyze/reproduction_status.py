@@ -10,7 +10,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.record import Record
 
-LIMITS = {
+MAX_ERRORS = {
     "com_error_max_mm": 50.0,
     "rom_error_mean_deg": 8.0,
     "rom_error_max_deg": 20.0,
@@ -49,7 +49,7 @@ def gait_status(record: Record, comparison: Comparison) -> str:
     stopped = str(record.signals.get("stopped", ""))
     if stopped:
         return f"the motion ended early, {when(record, time[-1])}: {stopped}{ADVICE}"
-    com_error, most = comparison.com_error, 1e-3 * LIMITS["com_error_max_mm"]
+    com_error, most = comparison.com_error, 1e-3 * MAX_ERRORS["com_error_max_mm"]
     if com_error.max() > most:
         first = time[np.argmax(com_error > most)]
         return (
@@ -64,7 +64,7 @@ def gait_status(record: Record, comparison: Comparison) -> str:
             f"the pelvis deviated by more than {100 * PELVIS_LIMIT:.0f} cm from the recorded one, "
             f"{when(record, first)}{ADVICE}"
         )
-    return limits_exceeded(record, comparison, LIMITS) or "ok"
+    return limits_exceeded(record, comparison, MAX_ERRORS) or "ok"
 
 
 def forces_status(forced: Record, comparison: Comparison) -> str:
@@ -79,7 +79,7 @@ def forces_status(forced: Record, comparison: Comparison) -> str:
             f"the body fell: its centre of mass was more than {100 * MAX_FORCED_COM_ERROR:.0f} cm "
             f"off its path, {when(forced, first)}"
         )
-    return limits_exceeded(forced, comparison, LIMITS | FORCE_LIMITS) or "ok"
+    return limits_exceeded(forced, comparison, MAX_ERRORS | FORCE_LIMITS) or "ok"
 
 
 def limits_exceeded(record: Record, comparison: Comparison, limits: dict[str, float]) -> str:
@@ -197,7 +197,7 @@ def gait_figures(record: Record, comparison: Comparison) -> dict[str, Any]:
         "reproduced_to_s": float(time[-1]),
         "cycles_count": len(comparison.cycles),
         **comparison.metrics(),
-        **{limit_of(key): limit for key, limit in LIMITS.items()},
+        **{limit_of(key): limit for key, limit in MAX_ERRORS.items()},
         "step_s": float(time[1] - time[0]),
         "ticks_exact_pct": 100.0 * float(np.mean(signals["exact"])),
     }
@@ -221,8 +221,8 @@ def force_figures(
         "dynamics_status": status,
         **force_residuals(forced),
         **{limit_of(key): limit for key, limit in FORCE_LIMITS.items()},
-        **{f"dynamics_{key}": against[key] for key in LIMITS if key in against},
-        **{f"dynamics_{limit_of(key)}": limit for key, limit in LIMITS.items()},
+        **{f"dynamics_{key}": against[key] for key in MAX_ERRORS if key in against},
+        **{f"dynamics_{limit_of(key)}": limit for key, limit in MAX_ERRORS.items()},
     }
     if measured is None or status != "ok":
         return found

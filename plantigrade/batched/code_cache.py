@@ -20,7 +20,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 VARIABLE = "PLANTIGRADE_CACHE"
-LIMIT = 2**30  # bytes: some hundred kinds of bodies and contacts; the least recently used go first
+MAX_CACHE_SIZE = (
+    2**30
+)  # bytes: some hundred kinds of bodies and contacts; the least recently used go first
 _MARK = b"plantigrade cache\n"
 
 
@@ -143,5 +145,5 @@ def _prune(newest: Path) -> None:
     total = newest.stat().st_size
     for _, size, path in facts:
         total += size
-        if total > LIMIT:
+        if total > MAX_CACHE_SIZE:
             path.unlink(missing_ok=True)

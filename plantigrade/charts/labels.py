@@ -17,7 +17,7 @@ class Label:
 
 
 COORDINATES = {row.name: row for row in csv_rows("plantigrade.charts", "coordinates.csv", Label)}
-SPAN = {"°": 10.0, "N m": 10.0, "N m/kg": 0.2, "W/kg": 0.2, "BW": 0.1}
+MIN_SPANS = {"°": 10.0, "N m": 10.0, "N m/kg": 0.2, "W/kg": 0.2, "BW": 0.1}
 """Minimum span of the vertical axis, by unit; a smaller one would magnify noise."""
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.charts.labels import SPAN, axis_label, title_of
+from plantigrade.charts.labels import MIN_SPANS, axis_label, title_of
 from plantigrade.charts.lines import line_plot
 from plantigrade.charts.marks import Series
 from plantigrade.charts.theme import DOTTED, STROKES
@@ -73,7 +73,7 @@ def panel_plot(panel: Panel, time: Float[Array, " n"], **options) -> str:
         **{
             "title": panel.title,
             "y_label": axis_label(panel.name, panel.unit),
-            "least": SPAN.get(panel.unit, 0.0),
+            "least": MIN_SPANS.get(panel.unit, 0.0),
             **options,
         },
     )

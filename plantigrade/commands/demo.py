@@ -17,20 +17,26 @@ if TYPE_CHECKING:
     from plantigrade.record import Run
     from plantigrade.workflows.simulate_settings import SimulateSettings
 
-KEPT = (  # of the reproduced gait's figures, in those of the demo
+KEPT_FIGURES = (  # of the reproduced gait's figures, in those of the demo
     "rom_error_mean_deg", "rom_error_max_deg", "com_error_max_mm", "contact_drift_max_mm",
     "sole_lowest_mm", "cycles_count",
 )  # fmt: skip
 PUSHED = "-pushed"
-PUSH, SLOWER, LASTS = "100,0.2,90,1.5", 0.8, 4.0
-"""The push of the last part; its walk by that of the recording, and how long it is [s]."""
-NAME, BESIDE, RECORDING = "demo", "-reproduced", "textbook_walk.c3d"
+PUSH = "100,0.2,90,1.5"
+"""The push of the last part."""
+SPEED_FACTOR = 0.8
+"""Speed of its walk, relative to that of the recording [1]."""
+WALK_DURATION = 4.0
+"""Duration of its walk [s]."""
+RUN_NAME = "demo"
+REPRODUCED_SUFFIX = "-reproduced"
+RECORDING_FILE = "textbook_walk.c3d"
 PLACEMENT = 0.002
 """Distance of a marker from its landmark in a good laboratory, standard deviation [m]."""
 TORSION = 0.30
 """Torsion of the shanks, outward [rad]: adults point their feet 11° outward [Fukuchi2018]_ with
 hips turned inward; the body has none, and its second toe lies 4° inward of its foot."""
-COMPARED = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
+COMPARED_ANGLES = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,8 +73,11 @@ class Command(Person, PageOptions):
         started = time.perf_counter()
         progress = Progress(quiet=self.quiet)
         if self.out is not None or self.overwrite:
-            out = self.out or RUNS / NAME
-            for folder in (out, *(out.with_name(out.name + end) for end in (BESIDE, PUSHED))):
+            out = self.out or RUNS / RUN_NAME
+            for folder in (
+                out,
+                *(out.with_name(out.name + end) for end in (REPRODUCED_SUFFIX, PUSHED)),
+            ):
                 refuse_existing(folder, self.overwrite)
         provenance = {"command": command_line(), "seed": self.seed}
         human = Person(**{**self.known, "joints": self.joints or "42"}).human()
@@ -81,15 +90,17 @@ class Command(Person, PageOptions):
                 run_simulation(fitted, self._push(), command=provenance["command"]),
                 title="Textbook walk, pushed",
             )
-        more = {f"reproduced_{k}": gait.figures[k] for k in KEPT if k in gait.figures}
+        more = {f"reproduced_{k}": gait.figures[k] for k in KEPT_FIGURES if k in gait.figures}
         more |= {f"pushed_{k}": pushed.figures[k] for k in ("on_feet", "speed_at_end_m_s")}
         figures = {**fitted.figures, **more, **errors(walk, trial)}
         seconds = {"demo": time.perf_counter() - started}
-        fitted = replace(fitted, figures=figures, seconds=seconds, name=NAME)
+        fitted = replace(fitted, figures=figures, seconds=seconds, name=RUN_NAME)
         with progress.step("writing the reports and the viewers"):
-            fitted = save(fitted, self.out, overwrite=self.overwrite, files=kept, beside=BESIDE)
+            fitted = save(
+                fitted, self.out, overwrite=self.overwrite, files=kept, beside=REPRODUCED_SUFFIX
+            )
             out = fitted.folder or Path()
-            gait = save(gait, out.with_name(out.name + BESIDE), overwrite=self.overwrite)
+            gait = save(gait, out.with_name(out.name + REPRODUCED_SUFFIX), overwrite=self.overwrite)
             pushed = save(pushed, out.with_name(out.name + PUSHED), overwrite=self.overwrite)
         metrics = fitted.metrics
         if not gait.ok:
@@ -111,11 +122,11 @@ class Command(Person, PageOptions):
 
         human = walk.human
         with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / RECORDING
+            path = Path(folder) / RECORDING_FILE
             with progress.step("writing it as a marker recording"):
                 faults: Any = {"placement": PLACEMENT, "torsion": TORSION, "mirrored": True}
                 write(recorded(walk, path, seed=self.seed, **faults), path)
-            kept = {RECORDING: path.read_bytes()}
+            kept = {RECORDING_FILE: path.read_bytes()}
             own: Any = {"sex": human.sex, "joints": human.joints, "feet": human.feet}
             settings = ReproduceSettings(**own, companions=False)
             recording, trial = fitting.fit_trial(path, settings, progress.step)
@@ -132,9 +143,9 @@ class Command(Person, PageOptions):
 
         return SimulateSettings(
             controller="pendulum",
-            own=(("speed", f"{SLOWER * self.speed:.3g}"),),
+            own=(("speed", f"{SPEED_FACTOR * self.speed:.3g}"),),
             push=(PUSH,),
-            duration=LASTS,
+            duration=WALK_DURATION,
         )
 
 
@@ -143,7 +154,7 @@ def _text(fitted: "Run", gait: "Run", pushed: "Run") -> str:
     import shlex
 
     out, rebuilt, walked = (run.folder or Path() for run in (fitted, gait, pushed))
-    metrics, kept_file = fitted.metrics, shlex.quote(str(out / RECORDING))
+    metrics, kept_file = fitted.metrics, shlex.quote(str(out / RECORDING_FILE))
     return (
         f"{fit.summary(out, metrics)}\n  angle error    "
         f"{metrics['angle_error_mean_deg']:.1f}° from the true joint angles, "
@@ -166,7 +177,7 @@ def errors(walk: "TextbookWalk", trial: "Trial") -> dict[str, float]:
 
     fitted = trial.fit
     raw, free, result = [], [], {}
-    for joint in COMPARED:
+    for joint in COMPARED_ANGLES:
         for side in ("r", "l"):
             name = f"{joint}_{side}"
             truth = np.rad2deg(walk.qpos[:, 7 + walk.human.hinge(name)])

@@ -26,7 +26,8 @@ MAX_CLOCK_RATE = 0.015
 """Largest difference of the rates of both clocks [1]. Settled on one treadmill walk, with 0.005;
 four recordings of three others have up to 0.001, and with an error of 3 % 0.026 to 0.032."""
 MIN_RATE_TIME = 1.2  # [s] shortest span for the rate; spans below 1 s are off by up to 0.06
-MAX_RATE_ERROR, RATE_STEP = 0.06, 0.005  # [1] range and step of the search for the rate
+MAX_RATE_ERROR = 0.06  # [1] range of the search for the rate
+RATE_STEP = 0.005  # [1] step of that search
 MAX_RATE_OFFSET = 0.12  # [s] largest offset in this search: 5 % of the time before the middle
 MIN_SAMPLES = 12  # [1] fewest samples of a plate that can be filtered
 MIN_CORRELATION = 0.9

@@ -29,19 +29,25 @@ from plantigrade.spatial.conventions import rotation_matrix
 
 VIEW_HEIGHT = 2.3
 """Height of what is seen [m]: a tall person with raised arms."""
-MIDDLE, FREE = 0.42, 0.02
-"""Middle of the picture above the ground, and how far from it the centre of mass may be before the
-camera rises or sinks with it, of :data:`VIEW_HEIGHT`. Chosen."""
+PICTURE_MIDDLE = 0.42
+"""Height of the middle of the picture above the ground [:data:`VIEW_HEIGHT`]. Chosen."""
+FREE_RISE = 0.02
+"""Distance of the centre of mass from it at which the camera rises or sinks with it
+[:data:`VIEW_HEIGHT`]. Chosen."""
 ASPECT_RATIO = 16 / 9  #: Width over height of the picture
 SUPERSAMPLING = 2  #: Factor at which frames are drawn before they are reduced, against jagged edges
 LIGHT = np.array([0.3, 0.5, 0.8]) / np.linalg.norm([0.3, 0.5, 0.8])
 """Direction of the light: right, up, towards the reader."""
 AMBIENT_LIGHT = 0.45  #: Brightness of a surface that the light does not meet
 CAMERA_CALM = 0.3  #: Time over which the camera's path is smoothed, standard deviation [s]
-SQUARE, SQUARES = 0.5, 9
-"""Side of the squares of the ground [m], and their number to each side of the body."""
-ARROW, ARROW_WIDTH = 0.6, 0.02
-"""Length of the arrow of one body weight, as in ``viewer.html``, and its width [m]."""
+SQUARE_SIZE = 0.5
+"""Side of the squares of the ground [m]."""
+N_SQUARES = 9
+"""Number of squares to each side of the body."""
+ARROW_LENGTH = 0.6
+"""Length of the arrow of one body weight, as in ``viewer.html`` [m]."""
+ARROW_WIDTH = 0.02
+"""Width of that arrow [m]."""
 HEIGHTS = (120, 2160)  #: Allowed height of the picture [pixels]
 
 
@@ -117,8 +123,8 @@ def _frames(run: Run, scene: Scene, camera: Camera, size: tuple[int, int]) -> It
     skin, solids = _Person(run), _things(scene, run.record.human.model.nbody)
     step = float(np.median(np.diff(scene.time))) if len(scene.time) > 1 else 1.0
     path = gaussian_filter1d(scene.com, CAMERA_CALM / step, axis=0, mode="nearest")
-    middle = scene.level + MIDDLE * VIEW_HEIGHT
-    beyond = np.maximum(np.abs(path[:, 2] - middle) - FREE * VIEW_HEIGHT, 0.0)
+    middle = scene.level + PICTURE_MIDDLE * VIEW_HEIGHT
+    beyond = np.maximum(np.abs(path[:, 2] - middle) - FREE_RISE * VIEW_HEIGHT, 0.0)
     path[:, 2] = middle + np.copysign(beyond, path[:, 2] - middle)
     fine = SUPERSAMPLING * size[0], SUPERSAMPLING * size[1]
     scale = fine[1] / VIEW_HEIGHT
@@ -200,13 +206,13 @@ def _things(scene: Scene, bodies: int) -> list[_Solid]:
 def _draw_ground(drawing: Any, scene: Scene, centre: Array, placed: Any) -> None:
     """Draw the squares of the ground about the body, fixed to the world."""
     axes, height = scene.ground.to_world, scene.ground.height
-    middle = np.round((centre @ axes)[:2] / SQUARE)
-    places = np.arange(-SQUARES, SQUARES + 1)
+    middle = np.round((centre @ axes)[:2] / SQUARE_SIZE)
+    places = np.arange(-N_SQUARES, N_SQUARES + 1)
     for along in (0, 1):
         for place in places:
             ends = np.full((2, 3), float(height))
-            ends[:, along] = (middle[along] + place) * SQUARE
-            ends[:, 1 - along] = (middle[1 - along] + places[[0, -1]]) * SQUARE
+            ends[:, along] = (middle[along] + place) * SQUARE_SIZE
+            ends[:, 1 - along] = (middle[1 - along] + places[[0, -1]]) * SQUARE_SIZE
             line = placed(ends @ axes.T).ravel().tolist()
             drawing.line(line, fill=theme.GRID, width=SUPERSAMPLING)
 
@@ -219,5 +225,5 @@ def _draw_forces(drawing: Any, scene: Scene, frame: int, placed: Any, width: int
         start = scene.cop[frame, row]
         if not np.isfinite(start).all():
             continue
-        end = start + ARROW * scene.total_force[frame, row] / scene.weight
+        end = start + ARROW_LENGTH * scene.total_force[frame, row] / scene.weight
         drawing.line(placed(np.array([start, end])).ravel().tolist(), fill=colour, width=width)

@@ -19,7 +19,8 @@ _TOES = re.compile(r"(toes|forefoot|phalanges)_[rl]")
 SOLE_RADIUS = 0.01  # [m] of the spheres that tell where the sole is
 HEEL_SHARE = 0.3  # [1] ankle to heel, relative to ankle to ball
 HALF_WIDTH = 0.04  # [m] of the ball of the foot
-BALL, TIP = 0.18, 0.065  # [m] heel to toe joint, where there is none; toe joint to tip of the toes
+HEEL_TO_BALL = 0.18  # [m] heel to toe joint, where there is none
+BALL_TO_TIP = 0.065  # [m] toe joint to tip of the toes
 
 
 def solids_of(model: OsimModel, links: Sequence[Link]) -> dict[str, tuple[Solid, ...]]:
@@ -60,13 +61,17 @@ def foot_spheres(links: Sequence[Link]) -> dict[str, tuple[SoleSphere, ...]]:
     for side, foot in feet.items():
         outward = -1.0 if side == "r" else 1.0
         toes = next((k for k in links if k.parent == foot and _TOES.fullmatch(k.name)), None)
-        ball = np.array([BALL, 0.0, 0.0]) if toes is None else toes.position + toes.anchor
+        ball = np.array([HEEL_TO_BALL, 0.0, 0.0]) if toes is None else toes.position + toes.anchor
         heel = np.zeros(3)
         if not foot.startswith("calc"):  # its origin is the ankle
             heel = np.array([-HEEL_SHARE * ball[0], 0.0, ball[2]])
         rows = [(foot, "heel_back", heel)]
         rows += [(foot, f"metatarsal_{n}", ball + [0.0, y, 0.0]) for n, y in _width(outward)]
-        tip = (foot, ball + [TIP, 0.0, 0.0]) if toes is None else (toes.name, np.array([TIP, 0, 0]))
+        tip = (
+            (foot, ball + [BALL_TO_TIP, 0.0, 0.0])
+            if toes is None
+            else (toes.name, np.array([BALL_TO_TIP, 0, 0]))
+        )
         rows += [(tip[0], f"toe_{n}", tip[1] + [0.0, y, 0.0]) for n, y in _width(outward)]
         for body, name, place in rows:
             at: Float[Array, " 3"] = np.asarray(place, dtype=float)

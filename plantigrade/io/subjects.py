@@ -13,10 +13,8 @@ import numpy as np
 from plantigrade.motion import Recording
 from plantigrade.motion.distances import distances
 
-MAX_SPREAD, MIN_DISTANCE = (
-    0.004,
-    0.08,
-)  # spread of a distance on one segment, and the shortest such [m]
+MAX_SPREAD = 0.004  # [m] spread of a distance on one segment
+MIN_DISTANCE = 0.08  # [m] shortest such distance
 MIN_DISTANCES = 6  # minimum number of distances that identify a subject
 MAX_DIFFERENCE = 0.02
 """Maximum median relative difference of such distances within one session. Trials of a session

@@ -22,7 +22,7 @@ from plantigrade.side_names import split_side
 # on the mean. Deviations are chosen about the size of the motion within a walk (hip rotation 3° to
 # 7°), not the difference between people: with that of the lumbar joint, above 10°, the pelvis would
 # follow the noise. Those of ankle and toes gave the smallest ankle errors of three people as video.
-USUAL = {
+USUAL_ANGLES = {
     "lumbar_extension": (0.0, 0.05),
     "hip_rotation": (0.0, 0.09),
     "hip_adduction": (0.0, 0.15),
@@ -51,8 +51,8 @@ class PosturePrior:
         spread = np.full(len(rest), np.inf)
         for i, name in enumerate(human.coordinates):
             plain, _ = split_side(name)
-            if plain in USUAL:
-                rest[i], spread[i] = USUAL[plain]
+            if plain in USUAL_ANGLES:
+                rest[i], spread[i] = USUAL_ANGLES[plain]
         return cls(rest, spread, video.noise, video.lengths)
 
     def set_on(self, solver: InverseKinematics) -> None:

@@ -12,7 +12,7 @@ from plantigrade.analyze.curves import LOADED_JOINTS
 from plantigrade.analyze.gait_profile import ANGLES, MIN_IMPORTANT_DIFFERENCE
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Ribbon, Series, histogram_plot, line_plot
-from plantigrade.charts.labels import SPAN, axis_label, title_of
+from plantigrade.charts.labels import MIN_SPANS, axis_label, title_of
 from plantigrade.charts.theme import STROKES
 from plantigrade.motion.cycles import PERCENT
 from plantigrade.notes import Repeated, repeated
@@ -339,7 +339,7 @@ def _mean_curves(store: BatchFolder) -> list[Section]:
                 title=title_of(name),
                 x_label="% of the gait cycle",
                 y_label=axis_label(name, shown),
-                least=SPAN.get(shown, 0.0),
+                least=MIN_SPANS.get(shown, 0.0),
             )
             figures.append(Figure(svg))
     text = f"Mean and standard deviation over up to {most} items, each averaged over its cycles."

@@ -10,13 +10,16 @@ from plantigrade.pages.svg_animation import Shot
 from plantigrade.skin import foot_bones
 from plantigrade.spatial.conventions import rotation_matrix
 
-GRAIN, SKIN_GRAIN = 0.0012, 0.002
-"""Step of the grids on which outlines of bones, and of the skin about them, are found [m]:
-about a pixel, and two."""
+GRID_STEP = 0.0012
+"""Step of the grid on which outlines of bones are found [m]: about a pixel."""
+SKIN_GRID_STEP = 0.002
+"""Step of the grid on which the outline of the skin about them is found [m]: about two pixels."""
 LIGHT = np.array([-0.0022, -0.0018])
 """Offset of the lit tone of a bone: to the left and up [m]. Chosen."""
-RIM, SKIN_RIM = 0.0014, 0.003
-"""Width of the rim of a bone and of the skin [m], half of it outside; about one and two pixels."""
+RIM_WIDTH = 0.0014
+"""Width of the rim of a bone, half of it outside [m]: about one pixel."""
+SKIN_RIM_WIDTH = 0.003
+"""Width of the rim of the skin, half of it outside [m]: about two pixels."""
 N_OUTLINE_POINTS = 14  # Control points of a bone, which keep its head and base apart. Chosen.
 SKIN_OPACITY = 0.26  # Opacity of the skin before bones [1]: both can be seen. Chosen.
 CONTACT_DOT = 0.006  # Diameter of the dot at a contact point [m]. Chosen.
@@ -38,12 +41,14 @@ def bone_layers(
         turn = rotation_matrix(figure.quats[:, bone.body])
         place = figure.positions[:, bone.body] - shot.centre
         vertices = place[:, None] + bone.vertices @ np.swapaxes(turn, 1, 2)
-        outlines, depth = outlines_of(vertices, bone.faces, shot.camera, N_OUTLINE_POINTS, GRAIN)
+        outlines, depth = outlines_of(
+            vertices, bone.faces, shot.camera, N_OUTLINE_POINTS, GRID_STEP
+        )
         name = f"{shot.prefix}{k}"
         path = shot.clock.path(spline_data(outlines, per_metre=shot.per_metre), f'id="{name}"')
         markup = (
             f'<defs>{path}</defs><use href="#{name}" fill="none" stroke="{tone(colour, RIM_TONE)}" '
-            f'stroke-width="{RIM * shot.per_metre:.0f}"/>'
+            f'stroke-width="{RIM_WIDTH * shot.per_metre:.0f}"/>'
             f"{''.join(two_tones(name, colour, LIGHT * shot.per_metre))}"
         )
         layers.append((depth, markup))
@@ -60,7 +65,7 @@ def veil(
     for part in PARTS:
         if part.name not in (f"foot_{side}", f"shank_{side}"):
             continue
-        outlines, _ = figure.outlines(part, shot.centre, shot.camera, SKIN_GRAIN)
+        outlines, _ = figure.outlines(part, shot.centre, shot.camera, SKIN_GRID_STEP)
         name = f"{shot.prefix}{part.name}"
         defined.append(
             shot.clock.path(spline_data(outlines, per_metre=shot.per_metre), f'id="{name}"')
@@ -70,7 +75,7 @@ def veil(
     colour = rgb(theme.SKIN["skin"])
     return (
         f'<defs>{"".join(defined)}</defs><g opacity="{SKIN_OPACITY}"><g fill="none" '
-        f'stroke="{tone(colour, RIM_TONE)}" stroke-width="{SKIN_RIM * shot.per_metre:.0f}">'
+        f'stroke="{tone(colour, RIM_TONE)}" stroke-width="{SKIN_RIM_WIDTH * shot.per_metre:.0f}">'
         f'{"".join(rims)}</g><g fill="{theme.SKIN["skin"]}">{"".join(fills)}</g></g>'
     )
 

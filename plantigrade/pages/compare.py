@@ -13,7 +13,7 @@ from plantigrade.analyze.run_comparison import RunComparison
 from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Ribbon, Series, line_plot
-from plantigrade.charts.labels import SPAN, axis_label, title_of
+from plantigrade.charts.labels import MIN_SPANS, axis_label, title_of
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDE_NAMES
 from plantigrade.motion.cycles import PERCENT
@@ -286,4 +286,4 @@ def _label(base: str) -> str:
 
 
 def _least(base: str) -> float:
-    return SPAN.get(UNITS[unit_of(base)], 0.0)
+    return MIN_SPANS.get(UNITS[unit_of(base)], 0.0)

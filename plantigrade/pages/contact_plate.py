@@ -23,8 +23,10 @@ from plantigrade.pages.shapes import convex_hull
 from plantigrade.record import Record
 
 SCALE = 560.0  # [px/m] scale of the drawing
-HEAVY, WIDE = 0.5, 0.034
-"""A place that carries so much of the body weight has a disc of that radius [m]."""
+DISC_LOAD = 0.5
+"""Load of a place whose disc has the radius :data:`DISC_RADIUS` [BW]."""
+DISC_RADIUS = 0.034
+"""Radius of that disc [m]."""
 MARGIN = 0.034  # [m] margin around the sites of a foot
 MIN_LOAD = 0.05  # [body weights] minimum load of a foot with a centre of pressure
 INK, SOFT = "var(--fg, #1c2430)", "var(--soft, #64707f)"
@@ -146,7 +148,7 @@ def foot_svg(
     parts += _outline(np.column_stack([x(sole.rings[:, 1]), y(sole.rings[:, 0])]), colour, scale)
     for (ahead, left), carried in zip(place, load, strict=True):
         if carried > 0.0 and np.isfinite([ahead, left]).all():
-            radius = max(scale * WIDE * np.sqrt(carried / HEAVY), 1.0)
+            radius = max(scale * DISC_RADIUS * np.sqrt(carried / DISC_LOAD), 1.0)
             parts.append(
                 f'<circle cx="{x(left):.1f}" cy="{y(ahead):.1f}" r="{radius:.1f}" '
                 f'style="fill:{colour}" fill-opacity=".65"/>'

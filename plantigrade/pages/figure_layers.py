@@ -23,7 +23,8 @@ from plantigrade.pages.shapes import (
 from plantigrade.pages.svg_animation import Shot
 from plantigrade.spatial.conventions import rotation_matrix
 
-RIM, FINE_RIM = 0.012, 0.004  # width of the outline of a limb, and of a bone [m]
+RIM_WIDTH = 0.012  # [m] of the outline of a limb
+FINE_RIM_WIDTH = 0.004  # [m] of the outline of a bone
 SEGMENT_PALE = (0.0, 0.5, 0.22, 0.62, 0.35, 0.12)  # share of white of foot segments
 TINTS = {"r": (theme.RIGHT, "#5b9bc8"), "l": (theme.LEFT, "#e08a55"), None: ("#6b7280", "#b9b3aa")}
 
@@ -77,7 +78,7 @@ def figure_layers(
     groups: dict[object, list[Shape]] = defaultdict(list)
     for k, shape in enumerate(figure.shapes):
         groups[("bone", k) if feet[shape.body] else _limb(figure.model, shape)].append(shape)
-    return _layers(list(groups.values()), figure, shot, RIM, colour)
+    return _layers(list(groups.values()), figure, shot, RIM_WIDTH, colour)
 
 
 def foot_layers(
@@ -89,9 +90,9 @@ def foot_layers(
     bones = figure.bones(side)
     roots = {int(figure.model.body_parentid[bone.body]) for bone in bones}
     shank = roots - {bone.body for bone in bones}
-    layers, _ = _layers([[bone] for bone in bones], figure, shot, FINE_RIM)
+    layers, _ = _layers([[bone] for bone in bones], figure, shot, FINE_RIM_WIDTH)
     above = [shape for shape in figure.shapes if shape.body in shank]
-    leg, _ = _layers([above], figure, replace(shot, prefix=f"{shot.prefix}k"), FINE_RIM)
+    leg, _ = _layers([above], figure, replace(shot, prefix=f"{shot.prefix}k"), FINE_RIM_WIDTH)
     faint = f'<g opacity=".3">{"".join(leg)}</g>' if above else ""
     return [faint, *layers], len(bones) if len(bones) > 4 else 0
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
-from plantigrade.charts.labels import SPAN, title_of
+from plantigrade.charts.labels import MIN_SPANS, title_of
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.live.clock import Clock
 from plantigrade.live.frame import HISTORY_DURATION, Frame
@@ -87,7 +87,7 @@ def curves_data(frame: Frame, soles: Sequence[Sole], joint: str) -> dict[str, An
         return {
             "title": title,
             "unit": unit,
-            "span": SPAN.get(unit, 1.0),
+            "span": MIN_SPANS.get(unit, 1.0),
             "lines": [
                 {"label": label, "colour": colour, "values": _plain(values[rows, k])}
                 for k, (label, colour) in enumerate(lines.items())

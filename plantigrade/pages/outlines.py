@@ -15,7 +15,8 @@ from plantigrade.pages.svg_animation import Clock
 from plantigrade.spatial.conventions import rotation_matrix
 
 ARROW_PER_BODY_WEIGHT = 0.6  # [m] length of the arrow of one body weight
-ROUND, EDGED = 20, 12  # corners of the polygon of an ellipsoid, and of other shapes
+N_ROUND_CORNERS = 20  # of the polygon of an ellipsoid
+N_CORNERS = 12  # of the polygon of other shapes
 
 
 def outlines(
@@ -38,7 +39,7 @@ def outlines(
         half = shape.size[1] if shape.kind == "capsule" else 0.0
         ends = centre[:, None] + np.array([-half, half])[:, None] * axes[:, None, :, 2]
         return camera.project(ends)
-    count = ROUND if shape.kind == "ellipsoid" else EDGED
+    count = N_ROUND_CORNERS if shape.kind == "ellipsoid" else N_CORNERS
     angle = 2 * np.pi * np.arange(count) / count
     ways = np.outer(np.cos(angle), camera.right) + np.outer(np.sin(angle), camera.up)
     if shape.kind == "ellipsoid":

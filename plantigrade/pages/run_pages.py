@@ -18,7 +18,7 @@ from plantigrade.pages.playback import part_of, playback
 from plantigrade.pages.scene import assumed_bodies, check, nearest, scene_model
 from plantigrade.pages.section import Subject, draw_all, page_html
 from plantigrade.pages.sections import SECTIONS
-from plantigrade.pages.sections.cycles import SHOWN
+from plantigrade.pages.sections.cycles import SHOWN_ANGLES
 from plantigrade.pages.strip import instants, strip_svg
 from plantigrade.pages.text import unbroken
 from plantigrade.pages.verdict import verdict_sentence
@@ -95,7 +95,7 @@ def run_viewer(run: Run) -> str:
         title=title_of_run(run),
         subtitle=run.sentence,
         coordinates=tuple(
-            full for name in SHOWN for full in (name, f"{name}_r", f"{name}_l")
+            full for name in SHOWN_ANGLES for full in (name, f"{name}_r", f"{name}_l")
             if full in coordinates
         ),
         forces=Subject(run).forces,

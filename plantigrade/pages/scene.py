@@ -30,8 +30,10 @@ from plantigrade.spatial.conventions import rotation_matrix, xyzw_to_wxyz
 
 VIEW_RATE = 50.0  # [Hz] of drawn frames; the page interpolates between them
 MAX_FRAMES = 6000  # of a page; longer motions have a lower frame rate
-REACH, THICK = 0.8, 0.02
-"""How far a plate of ground reaches beyond the centre of mass, and half its thickness [m]."""
+PLATE_REACH = 0.8
+"""Distance by which a plate of ground reaches beyond the centre of mass [m]."""
+PLATE_HALF_THICKNESS = 0.02
+"""Half of its thickness [m]."""
 CAMERA_SMOOTHING = 0.3  # [s] width of the window that smooths the ground under the camera
 MIN_LOAD = 0.02  # a foot bears load above this fraction of body weight
 
@@ -159,9 +161,12 @@ def plate_shape(com: Float[Array, "n 3"], *, body: int) -> Shape:
         com: The centre of mass [m].
         body: Index of the plate among the bodies.
     """
-    low, high = com[:, :2].min(axis=0) - REACH, com[:, :2].max(axis=0) + REACH
-    size = np.array([*(high - low) / 2, THICK])
-    middle, straight = np.array([*(high + low) / 2, -THICK]), np.array([1.0, 0.0, 0.0, 0.0])
+    low, high = com[:, :2].min(axis=0) - PLATE_REACH, com[:, :2].max(axis=0) + PLATE_REACH
+    size = np.array([*(high - low) / 2, PLATE_HALF_THICKNESS])
+    middle, straight = (
+        np.array([*(high + low) / 2, -PLATE_HALF_THICKNESS]),
+        np.array([1.0, 0.0, 0.0, 0.0]),
+    )
     return Shape("box", size, middle, straight, rgb(theme.FLOOR), body, "ground", name=PLATE)
 
 

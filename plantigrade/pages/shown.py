@@ -22,9 +22,9 @@ class Shown:
         return "{}" in self.key
 
 
-ALL = csv_rows("plantigrade.pages", "figures.csv", Shown)
+SHOWN_FIGURES = csv_rows("plantigrade.pages", "figures.csv", Shown)
 
 
 def shown_in(table: str) -> tuple[Shown, ...]:
     """Return the figures of a table in order."""
-    return tuple(one for one in ALL if one.table == table)
+    return tuple(one for one in SHOWN_FIGURES if one.table == table)

@@ -12,7 +12,7 @@ from plantigrade.arrays import Array, Float, Int
 from plantigrade.pages.outlines import pair
 
 FILL_STEP = 1.0  # Distance of the points that fill a triangle, in steps of the grid. Chosen.
-LEVEL = 0.4
+BORDER_LEVEL = 0.4
 """Level of the smoothed mask on the border; below one half, which makes up for the spline's
 shrinking at bends. Chosen."""
 MARGIN = 3  # Empty cells about a mask, for its smoothing. Chosen.
@@ -40,7 +40,7 @@ def silhouettes(
         grain: Step of the grid [m].
     """
     masks, low = _filled(points, faces, grain)
-    values = gaussian_filter(masks.astype(np.float32), (0.0, 1.0, 1.0)) - LEVEL
+    values = gaussian_filter(masks.astype(np.float32), (0.0, 1.0, 1.0)) - BORDER_LEVEL
     found = []
     for each, place in zip(values, low, strict=True):
         border = max(_borders(each), key=lambda curve: len(curve))

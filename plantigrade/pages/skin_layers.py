@@ -21,9 +21,10 @@ from plantigrade.pages.svg_animation import Shot
 GRID_STEP = 0.005  # Step of the grid on which outlines are found [m]: about a pixel
 LIGHT = np.array([-0.009, -0.007])  # Offset of the lit tone: to the left and up [m]. Chosen.
 RIM_WIDTH = 0.007  # Width of the rim of a limb [m], half of it outside; chosen
-FAR_TONE, BEYOND = 0.88, 0.08
-"""Factor of the colour of a limb that is farther than that of the other side, and by how much [m].
-Chosen."""
+FAR_TONE = 0.88
+"""Factor of the colour of a limb that is farther than that of the other side [1]. Chosen."""
+FAR_DISTANCE = 0.08
+"""How much farther it is [m]. Chosen."""
 GARMENT_AHEAD = 0.05
 """Distance by which a garment counts as nearer than what it covers [m]. Chosen."""
 SEEN_THROUGH = 0.34  # Opacity of the skin of a foot before its bones [1]; chosen
@@ -59,7 +60,7 @@ def skin_layers(
     layers = []
     for limb, parts in limbs.items():
         depth, other = depths[limb], mirrored_name(limb)
-        far = FAR_TONE if depth < depths[other] - BEYOND else 1.0
+        far = FAR_TONE if depth < depths[other] - FAR_DISTANCE else 1.0
         bones = ""
         if x_ray and limb.startswith("leg"):
             inner = replace(shot, prefix=f"{shot.prefix}{limb}b")

@@ -37,7 +37,7 @@ VIEW_TEXT = {
     "back": "from behind",
     "quarter": "from the front right",
 }
-STILL = Clock(1.0)  # [s] of a picture in which nothing moves
+STILL_CLOCK = Clock(1.0)  # [s] of a picture in which nothing moves
 
 
 def instants(n_frames: int, count: int = 8) -> list[int]:
@@ -167,7 +167,7 @@ def _arrows(
     if force is None or point is None:
         return []
     arrows = (
-        force_arrow(f[None], p[None], camera, STILL, weight, per_metre=UNITS)
+        force_arrow(f[None], p[None], camera, STILL_CLOCK, weight, per_metre=UNITS)
         for f, p in zip(force[frame], point[frame], strict=True)
     )
     return [f'<g transform="scale({1 / UNITS:g})">', *arrows, "</g>"]
@@ -262,7 +262,9 @@ def _put_objects(
     for picture, frame, centre in zip(pictures, frames, centres, strict=True):
         here = [replace(each, pose=each.pose[[frame]]) for each in objects]
         here = [each for each in here if np.isfinite(each.pose).all()]
-        behind, before, seen = object_layers(here, Shot(centre[None], camera, STILL, "t", UNITS))
+        behind, before, seen = object_layers(
+            here, Shot(centre[None], camera, STILL_CLOCK, "t", UNITS)
+        )
         x, y = camera.project(centre[None])[0]
         (left, top), (right, _) = seen.min(axis=0) / UNITS, seen.max(axis=0) / UNITS
         move = f'<g transform="translate({x:.3f} {y:.3f}) scale({1 / UNITS:g})">'
@@ -292,7 +294,7 @@ class _Drawing:
         found = []
         for i in range(len(positions)):
             one, prefix = slice(i, i + 1), f"b{i}" + ("g" if colour else "_")
-            shot = Shot(np.zeros((1, 3)), self.camera, STILL, prefix, UNITS)
+            shot = Shot(np.zeros((1, 3)), self.camera, STILL_CLOCK, prefix, UNITS)
             if skin:
                 drawn = skin_layers(skin.frames(one), shot, x_ray=self.x_ray, colour=colour)
             else:

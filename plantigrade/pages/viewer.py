@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.charts import Panel, panels_of, theme
-from plantigrade.charts.labels import SPAN
+from plantigrade.charts.labels import MIN_SPANS
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.motion.views import curves_of
@@ -168,7 +168,7 @@ def _curve(panel: Panel, clock: np.ndarray, time: np.ndarray) -> dict[str, Any]:
         }
         for side, values in panel.curves.items()
     ]
-    return {"title": panel.title, "span": SPAN.get(panel.unit, 0.0), "lines": lines}
+    return {"title": panel.title, "span": MIN_SPANS.get(panel.unit, 0.0), "lines": lines}
 
 
 def encode(array: np.ndarray) -> dict:

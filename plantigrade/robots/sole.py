@@ -9,7 +9,7 @@ from plantigrade.arrays import Array, Float
 
 SOLE_THICKNESS = 0.01  # [m] above its lowest point; feet have rounded edges
 CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-AROUND = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)  # [rad] places on a rim
+RIM_ANGLES = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)  # [rad] places on a rim
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,7 @@ def _spheres(model, data, geom: int) -> tuple[Float[Array, "n 3"], Float[Array, 
     elif kind == mujoco.mjtGeom.mjGEOM_CAPSULE:
         local, radius = np.array([[0.0, 0.0, -size[1]], [0.0, 0.0, size[1]]]), size[0]
     elif kind == mujoco.mjtGeom.mjGEOM_CYLINDER:
-        rim = size[0] * np.column_stack([np.cos(AROUND), np.sin(AROUND)])
+        rim = size[0] * np.column_stack([np.cos(RIM_ANGLES), np.sin(RIM_ANGLES)])
         local = np.concatenate([np.insert(rim, 2, z, axis=1) for z in (-size[1], size[1])])
     elif kind == mujoco.mjtGeom.mjGEOM_MESH:
         mesh = model.geom_dataid[geom]

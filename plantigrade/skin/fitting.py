@@ -29,9 +29,11 @@ shoulders, forward elsewhere. With them it is 13 mm RMS off the skin landmarks o
 SHOULDER_BLEND = (-0.05, 0.06)
 """Levels about the neck between which girth gives way to stature for breadth [m]. Chosen."""
 ANKLE_MARGIN = 0.02  # How far below the ankle the surface is all foot [m]. Chosen.
-BESIDE_ARMS, BELOW_SHOULDER = 0.025, (0.10, 0.22)
-"""Distance before hanging arms from which trunk and thighs get narrower, and below the shoulders
-over which this begins [m]. Chosen: mass goes forward and back instead of through the arms."""
+ARM_CLEARANCE = 0.025
+"""Distance before hanging arms from which trunk and thighs get narrower [m]. Chosen: mass goes
+forward and back instead of through the arms."""
+NARROWING_DEPTH = (0.10, 0.22)
+"""Distance below the shoulders over which this begins [m]. Chosen."""
 ARM_ABDUCTION = 0.14
 """Abduction of a hanging arm, as in :meth:`plantigrade.models.Human.standing` [rad]."""
 TRUNK_BONES = ("pelvis", "abdomen", "lower_thorax", "thorax", "lower_neck", "upper_neck", "head")
@@ -155,10 +157,10 @@ def _beside_arms(vertices: Array, surface: Surface, placed: Mapping[str, tuple])
     radius = float(np.linalg.norm(away - np.outer(away @ axis, axis), axis=1).mean())
     below = shoulder[2] - vertices[:, 2]
     limit = shoulder[1] + np.tan(ARM_ABDUCTION) * below - radius
-    free = limit - BESIDE_ARMS
+    free = limit - ARM_CLEARANCE
     over = np.maximum(np.abs(vertices[:, 1]) - free, 0.0)
-    narrowed = over - BESIDE_ARMS * np.tanh(over / BESIDE_ARMS)
-    share = np.clip((below - BELOW_SHOULDER[0]) / np.ptp(BELOW_SHOULDER), 0.0, 1.0) * (1 - on_arm)
+    narrowed = over - ARM_CLEARANCE * np.tanh(over / ARM_CLEARANCE)
+    share = np.clip((below - NARROWING_DEPTH[0]) / np.ptp(NARROWING_DEPTH), 0.0, 1.0) * (1 - on_arm)
     y = vertices[:, 1] - np.sign(vertices[:, 1]) * share * narrowed
     return np.stack([vertices[:, 0], y, vertices[:, 2]], axis=1)
 

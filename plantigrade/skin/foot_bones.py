@@ -24,8 +24,10 @@ from plantigrade.models.parts import MIRROR
 if TYPE_CHECKING:
     from plantigrade.models.human import Human
 
-RINGS, AROUND = 20, 16
-"""Rings of a bone between its two poles, and corners of a ring. Chosen."""
+N_RINGS = 20
+"""Rings of a bone between its two poles. Chosen."""
+N_RING_CORNERS = 16
+"""Corners of a ring. Chosen."""
 
 End = Mapping[str, float] | str  # A point of the foot's table, or a mean of them by share
 
@@ -111,13 +113,13 @@ def _surface(form: _Form, d: Dimensions) -> tuple[Array, Array]:
     up = np.cross(along, lateral) / np.linalg.norm(along)
     stations = np.array(form.stations)
     low, high = stations[0, 0], stations[-1, 0]
-    phase = np.pi * np.arange(RINGS + 2) / (RINGS + 1)
+    phase = np.pi * np.arange(N_RINGS + 2) / (N_RINGS + 1)
     share = low + (high - low) * (1 - np.cos(phase)) / 2  # denser at the ends
     aside, rise, width, height = PchipInterpolator(stations[:, 0], stations[:, 1:] * radius)(
         share
     ).T
     cap = _rounding(share, low, high, radius / float(np.linalg.norm(along)))
-    turn = 2 * np.pi * np.arange(AROUND) / AROUND
+    turn = 2 * np.pi * np.arange(N_RING_CORNERS) / N_RING_CORNERS
     bulge = 2.0 / form.edges
     across = np.sign(np.cos(turn)) * np.abs(np.cos(turn)) ** bulge
     upward = np.sign(np.sin(turn)) * np.abs(np.sin(turn)) ** bulge
@@ -140,13 +142,13 @@ def _rounding(share: Array, low: float, high: float, reach: float) -> Array:
 
 def _faces() -> Array:
     """Return the triangles of rings between two poles."""
-    ring = np.arange(AROUND)
-    after = (ring + 1) % AROUND
+    ring = np.arange(N_RING_CORNERS)
+    after = (ring + 1) % N_RING_CORNERS
     first = [np.stack([np.zeros_like(ring), 1 + after, 1 + ring], axis=1)]
-    for k in range(RINGS - 1):
-        a, b = 1 + AROUND * k + ring, 1 + AROUND * k + after
-        c, e = a + AROUND, b + AROUND
+    for k in range(N_RINGS - 1):
+        a, b = 1 + N_RING_CORNERS * k + ring, 1 + N_RING_CORNERS * k + after
+        c, e = a + N_RING_CORNERS, b + N_RING_CORNERS
         first += [np.stack([a, b, c], axis=1), np.stack([b, e, c], axis=1)]
-    last, pole = 1 + AROUND * (RINGS - 1), 1 + AROUND * RINGS
+    last, pole = 1 + N_RING_CORNERS * (N_RINGS - 1), 1 + N_RING_CORNERS * N_RINGS
     first.append(np.stack([np.full_like(ring, pole), last + ring, last + after], axis=1))
     return np.concatenate(first)

@@ -34,8 +34,10 @@ OF_RECORDINGS = ("static", "skeleton", "forces", "marker_set", "swap_sides", "mi
                  "cutoff", "without_plates")  # fmt: skip
 """Options that say how a recording is read and fitted."""
 DEFAULT_JOINTS = "43"  # Joint set of a person who does a task
-SLOWEST, FASTEST = 0.5, 500.0
-"""Allowed cut-off frequencies [Hz]; a stride takes about a second."""
+MIN_CUTOFF = 0.5
+"""Least allowed cut-off frequency [Hz]; a stride takes about a second."""
+MAX_CUTOFF = 500.0
+"""Greatest allowed cut-off frequency [Hz]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +93,7 @@ class RecordingSettings(Settings):
     """
 
     activity = "motion (6 suits walking, 15 running)"
-    ranges = {"cutoff": (SLOWEST, FASTEST, "Hz")}
+    ranges = {"cutoff": (MIN_CUTOFF, MAX_CUTOFF, "Hz")}
 
     static: OptionalPath = None
     """Standing trial of the same person."""

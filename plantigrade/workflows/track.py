@@ -42,14 +42,14 @@ from plantigrade.workflows.settings import TrackSettings
 from plantigrade.workflows.steps import Step, silent
 from plantigrade.workflows.synthesize import Origin, checked, solver_figures
 
-LIMITS = {"rmse_max_deg": 6.0, "rom_error_max_deg": 10.0}
+MAX_ERRORS = {"rmse_max_deg": 6.0, "rom_error_max_deg": 10.0}
 """Largest error of any rotation of hips, knees and ankles against the recorded one: root mean
 square, and range of motion. Beyond them the motion is not the recorded one, however well forces
 explain it. They are at least twice the goals of ankles in the experiment synthesis-tracking."""
 EXCLUDED_JOINT = "subtalar"
 """Joint without a limit: the sole of a planned stance is flat, whereas a recorded foot rolls over
 its edge."""
-COMPARED = ("hip_", "knee_", "ankle_", "subtalar_", "rom_", "rmse_", "foot_flat")
+COMPARED_PREFIXES = ("hip_", "knee_", "ankle_", "subtalar_", "rom_", "rmse_", "foot_flat")
 """Beginnings of the names of figures that are compared with the recording."""
 
 EVENT_MARGIN = 0.1  # tracked before the first and after the last gait event [s]
@@ -133,7 +133,7 @@ class Tracked:
     @property
     def violations(self) -> str:
         """Joint angles too far from the recorded ones, where and when; empty where none is."""
-        return limits_exceeded(self.with_recording, self.assessed, LIMITS)
+        return limits_exceeded(self.with_recording, self.assessed, MAX_ERRORS)
 
     def against_plates(self) -> ForceComparison:
         """Compare the forces with the measured ones.
@@ -189,8 +189,8 @@ class Tracked:
             "lift_mm": 1000.0 * self.lift,
         }
         angles = self.against_recording.metrics() | self.assessed.metrics()
-        found |= {name: x for name, x in angles.items() if name.startswith(COMPARED)}
-        found |= {limit_of(name): limit for name, limit in LIMITS.items()}
+        found |= {name: x for name, x in angles.items() if name.startswith(COMPARED_PREFIXES)}
+        found |= {limit_of(name): limit for name, limit in MAX_ERRORS.items()}
         if self.walk.measured is not None:
             found |= self.against_plates().metrics()
             compared = self.estimate_against_plates().metrics()
@@ -240,8 +240,8 @@ def track(
 def run_of(recording: Recording, tracked: Tracked, settings: TrackSettings, origin: Origin) -> Run:
     """Return the run of a tracked recording; its provenance names all files that were read.
 
-    It is ok where the checker finds nothing and hips, knees and ankles are within :data:`LIMITS` of
-    the recorded ones.
+    It is ok where the checker finds nothing and hips, knees and ankles are within
+    :data:`MAX_ERRORS` of the recorded ones.
     """
     solution, name = tracked.solution, recording.source.name
     made = "as near to the recording as the laws of physics allow"

@@ -22,8 +22,10 @@ from plantigrade.vaulting.vault_result import VaultResult, angular_difference
 from plantigrade.workflows.settings import VaultSettings
 from plantigrade.workflows.steps import Step, silent
 
-HEIGHT, MASS = 1.66, 63.0
-"""Default height and mass of the gymnast [m, kg]: about the mean of elite men, an estimate."""
+HEIGHT = 1.66
+"""Default height of the gymnast [m]: about the mean of elite men, an estimate."""
+MASS = 63.0
+"""Default mass of the gymnast [kg]: about the mean of elite men, an estimate."""
 RECORDING_STEP = 1e-4  # [s] of the recorded vault: 10 times finer than in the search
 
 

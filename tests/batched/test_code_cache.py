@@ -115,7 +115,7 @@ def test_a_file_is_not_believed_under_another_name(folder):
 
 
 def test_the_least_recently_used_files_go_first(monkeypatch):
-    monkeypatch.setattr(code_cache, "LIMIT", 1000)
+    monkeypatch.setattr(code_cache, "MAX_CACHE_SIZE", 1000)
     for k in range(4):
         code_cache.write(str(k), bytes(300))
         code_cache.read("0")

@@ -10,7 +10,7 @@ from plantigrade.contact.site import contact_sites
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
 from plantigrade.motion import Motion
-from plantigrade.pages.contact_plate import HEAVY, SCALE, WIDE, Sole, foot_svg, plate_svg
+from plantigrade.pages.contact_plate import DISC_LOAD, DISC_RADIUS, SCALE, Sole, foot_svg, plate_svg
 from plantigrade.pages.section import Subject
 from plantigrade.pages.sections.plate import longest, plate_section
 from plantigrade.record import Record, Run
@@ -51,9 +51,11 @@ def section(record: Record):
 def test_a_disc_is_as_large_as_the_load_and_lies_where_it_presses():
     sole = Sole.of(HUMAN, SITES, "r")
     load = np.zeros(len(SITES))
-    load[HEEL], load[TOE] = HEAVY, 0.25 * HEAVY
+    load[HEEL], load[TOE] = DISC_LOAD, 0.25 * DISC_LOAD
     drawn = discs(foot_svg(sole, sole.place, load[sole.index], ""))
-    np.testing.assert_allclose(sorted(drawn[:, 2]), [0.5 * SCALE * WIDE, SCALE * WIDE], atol=0.06)
+    np.testing.assert_allclose(
+        sorted(drawn[:, 2]), [0.5 * SCALE * DISC_RADIUS, SCALE * DISC_RADIUS], atol=0.06
+    )
     heel, toe = drawn[np.argsort(-drawn[:, 2])]
     assert heel[1] - toe[1] > 0.6 * SCALE * HUMAN.dimensions.foot_length  # toes up
     assert heel[0] > toe[0]  # of the right foot the outer edge is on the right

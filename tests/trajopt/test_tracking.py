@@ -25,7 +25,7 @@ from plantigrade.trajopt import ContactBody, synthesize
 from plantigrade.trajopt.tasks.recorded_stances import TOE_ROLL_TIME
 from plantigrade.trajopt.tasks.tracking import GRID, contacts_of, grounded, recorded_stances, track
 from plantigrade.trajopt.terms.limits import Limits
-from plantigrade.workflows.track import LIMITS
+from plantigrade.workflows.track import MAX_ERRORS
 
 pytestmark = pytest.mark.solver
 
@@ -316,7 +316,7 @@ def test_angles_far_from_the_recording_are_not_ok(human, walk, tracked):
     qpos[:, column] = qpos[:, column].mean()  # a stiff ankle
     far = replace(made, motion=replace(walk, qpos=qpos))
     assert "ankle_angle_l" in far.violations and "s into the recording" in far.violations
-    assert f"at most {LIMITS['rom_error_max_deg']:g}° allowed" in far.violations
+    assert f"at most {MAX_ERRORS['rom_error_max_deg']:g}° allowed" in far.violations
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ import pytest
 from plantigrade.analyze import compare
 from plantigrade.analyze.reproduction_status import (
     FORCE_LIMITS,
-    LIMITS,
+    MAX_ERRORS,
     force_figures,
     forces_status,
     gait_status,
@@ -150,7 +150,7 @@ def test_ok_is_only_what_is_within_the_limits_that_the_figures_name(forced):
     assert "the range of motion of knee_angle_r is 39.0° off" in said
     assert "s into the recording" in said and "at most 20° allowed" in said
     assert "39.0° off" in forces_status(moved, off)
-    for key, limit in (LIMITS | FORCE_LIMITS).items():
+    for key, limit in (MAX_ERRORS | FORCE_LIMITS).items():
         assert figures[limit_of(key)] == limit and abs(figures[key]) <= abs(limit)
     soles = held.soles.copy()
     soles[50, 1] = -0.02

@@ -5,7 +5,7 @@ import numpy as np
 from plantigrade.analyze.pressure import distance_outside_hull
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Outline, Series, line_plot, path_plot, timeline_plot
-from plantigrade.charts.labels import SPAN
+from plantigrade.charts.labels import MIN_SPANS
 from plantigrade.charts.theme import PALETTE, STROKE_FORCE, STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.kinematics.sole_paths import SitePoints
@@ -49,7 +49,7 @@ def segment_section(subject: Subject) -> Section:
             width=520,
             height=250,
             zero=True,
-            least=SPAN["BW"],
+            least=MIN_SPANS["BW"],
         )
         figures.append(Figure(drawing))
     if not figures:

@@ -13,7 +13,7 @@ from plantigrade.analyze.gait_profile import ANGLES
 from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, Panel, Ribbon, Series, line_plot, panel_plot, panels_of
-from plantigrade.charts.labels import SPAN, axis_label, title_of
+from plantigrade.charts.labels import MIN_SPANS, axis_label, title_of
 from plantigrade.charts.theme import DOTTED, STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDE_NAMES
 from plantigrade.motion.views import curves_of
@@ -22,16 +22,16 @@ from plantigrade.pages.sections.pushes import LEGEND, push_shades
 from plantigrade.record.signals import SIGNALS
 from plantigrade.side_names import side_of, without_side
 
-OTHERS = (
+OTHER_ANGLES = (
     *("hip_adduction_thigh", "hip_rotation_thigh", "ankle_dorsiflexion"),
     *("knee_adduction_markers", "knee_rotation_markers"),
     *("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
     *("arm_flex", "arm_add", "elbow_flex"),
 )
-SHOWN = (
+SHOWN_ANGLES = (
     *(name for name in ANGLES if name != "foot_progression"),
     *("subtalar_angle", "mtp_angle"),
-    *OTHERS,
+    *OTHER_ANGLES,
 )
 LEG = ("hip_flexion", "hip_adduction", "hip_rotation", "knee_angle", "ankle_angle")
 POWER_JOINTS = (*LOADED_JOINTS, "lumbar_extension")
@@ -40,7 +40,8 @@ FORCES = {
     "forward": "ground_force_forward",
     "left": "ground_force_sideways",
 }
-OPEN_PANELS, MAX_PANELS = 9, 24  # panels of joint angles over time: unfolded, and in total
+OPEN_PANELS = 9  # panels of joint angles over time that are unfolded
+MAX_PANELS = 24  # panels of joint angles over time in total
 MIN_RANGE = 3.0  # range below which an angle over time is folded away [°]
 
 
@@ -102,7 +103,7 @@ def _is_flat(panel: Panel) -> bool:
 def other_angle_section(subject: Subject) -> list[Section]:
     """Return the angles of trunk and arms over the gait cycle."""
     source = subject.angle_curves
-    curves = chosen(source.percent, source.angles, OTHERS, "°") if subject.walks else []
+    curves = chosen(source.percent, source.angles, OTHER_ANGLES, "°") if subject.walks else []
     if not curves:
         return []
     title, caption = "Trunk and arms over the gait cycle", "Plotted as above."
@@ -296,7 +297,7 @@ def curve_figure(
         title=title_of(base),
         x_label="gait cycle [%]",
         y_label=y_label or axis_label(base, unit),
-        least=SPAN.get(unit, 0.0),
+        least=MIN_SPANS.get(unit, 0.0),
         height=height,
     )
     return Figure(drawn)

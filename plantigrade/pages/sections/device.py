@@ -7,7 +7,7 @@ from plantigrade.charts.theme import REFERENCE, STROKE_MIDDLE, STROKE_RIGHT
 from plantigrade.pages.section import Section, Subject, needs
 
 TITLE = "Device"
-SIGNAL, WITHOUT = "device.torque", "device.without"
+SIGNAL, WITHOUT_SIGNAL = "device.torque", "device.without"
 
 
 @needs(SIGNAL)
@@ -16,7 +16,7 @@ def device_section(subject: Subject) -> list[Section]:
     record, time = subject.record, subject.record.motion.time
     if record.qfrc_actuator is None:
         return []
-    device, before = record.device_torque, record.signals.get(WITHOUT)
+    device, before = record.device_torque, record.signals.get(WITHOUT_SIGNAL)
     figures = []
     for i in np.flatnonzero(device.any(axis=0)):
         series = [

@@ -9,7 +9,7 @@ from plantigrade.analyze.curves import LOADED_JOINTS, nothing_measured
 from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Ribbon, Series, line_plot
-from plantigrade.charts.labels import SPAN, axis_label
+from plantigrade.charts.labels import MIN_SPANS, axis_label
 from plantigrade.charts.theme import STROKE_REFERENCE, STROKES
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.motion.cycles import PERCENT, normalise_cycles
@@ -84,7 +84,7 @@ def _forces(record: Record) -> list[_Estimate]:
                     np.where(foot.known & ~foot.measured, value, np.nan),
                     band[:, k, axis] / record.weight,
                     seen if withheld is None else withheld[:, k, axis] / record.weight,
-                    SPAN["BW"],
+                    MIN_SPANS["BW"],
                 )
             )
     return found
@@ -120,7 +120,7 @@ def _moments(record: Record) -> tuple[list[_Estimate], list[_Estimate]]:
                         value * by,
                         half * np.abs(by),
                         seen * by,
-                        SPAN.get(unit, 0.0),
+                        MIN_SPANS.get(unit, 0.0),
                     )
                 )
     return moments, powers

@@ -2,12 +2,14 @@
 
 from plantigrade.constants import SIDES
 from plantigrade.pages.section import Group, Section, Subject
-from plantigrade.pages.shown import ALL, Shown, shown_in
+from plantigrade.pages.shown import SHOWN_FIGURES, Shown, shown_in
 from plantigrade.pages.text import rounded_text
 
-OTHER = "other: "
+OTHER_PREFIX = "other: "
 """Beginning of the names of the tables of this section."""
-TITLES = tuple(dict.fromkeys(one.table for one in ALL if one.table.startswith(OTHER)))
+TITLES = tuple(
+    dict.fromkeys(one.table for one in SHOWN_FIGURES if one.table.startswith(OTHER_PREFIX))
+)
 
 
 def figure_section(subject: Subject) -> list[Section]:
@@ -23,7 +25,7 @@ def _text(subject: Subject, one: Shown, side: str = "") -> str:
 
 
 def _group(subject: Subject, table: str) -> list[Group]:
-    shown, title = shown_in(table), table.removeprefix(OTHER)
+    shown, title = shown_in(table), table.removeprefix(OTHER_PREFIX)
     sides = SIDES if shown[0].sided else ("",)
     known = [one for one in shown if any(_text(subject, one, side) != "–" for side in sides)]
     if not shown[0].sided:

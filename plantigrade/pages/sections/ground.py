@@ -6,7 +6,7 @@ import numpy as np
 from plantigrade.analyze.curves import nothing_measured
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, Outline, Series, line_plot, path_plot
-from plantigrade.charts.labels import SPAN
+from plantigrade.charts.labels import MIN_SPANS
 from plantigrade.charts.theme import STROKES
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.contact.site import PUSH_PART, TOUCH_PART, ContactSite
@@ -75,7 +75,7 @@ def _over_time(record: Record, total: Array, axis: int, shades: list) -> str:
             values = np.where(loaded, total[:, row, axis], np.nan) / record.weight
             series.append(Series(record.motion.time, values, name, STROKES[side]))
     return line_plot(
-        series, title=AXES[axis], y_label="[BW]", zero=True, least=SPAN["BW"], shades=shades
+        series, title=AXES[axis], y_label="[BW]", zero=True, least=MIN_SPANS["BW"], shades=shades
     )
 
 

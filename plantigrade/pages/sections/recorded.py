@@ -19,7 +19,7 @@ from plantigrade.pages.text import rounded_text, sided_title, signed_text
 from plantigrade.record import Record
 from plantigrade.side_names import side_of, without_side
 
-OTHERS = (
+OTHER_ANGLES = (
     *("mtp_angle_r", "mtp_angle_l", "pelvis_tilt", "pelvis_list", "pelvis_rotation"),
     *("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
     *("arm_flex_r", "arm_flex_l", "elbow_flex_r", "elbow_flex_l"),
@@ -54,7 +54,7 @@ def curve_section(subject: Subject) -> list[Section]:
         " Cycles start at heel strikes of the same side (pelvis and trunk: right). Bands are one "
         "standard deviation over several cycles."
     )
-    legs, others = (_pairs(subject, names) for names in ([n for _, n in ROTATIONS], OTHERS))
+    legs, others = (_pairs(subject, names) for names in ([n for _, n in ROTATIONS], OTHER_ANGLES))
     found = [Section(title, legs, text=text)]
     if others:
         more = "Toes, pelvis, trunk and arms against the recorded ones"

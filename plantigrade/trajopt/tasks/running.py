@@ -32,9 +32,12 @@ from plantigrade.trajopt.terms.posture import Posture, Upright
 from plantigrade.trajopt.terms.solid import SolidLimbs
 from plantigrade.trajopt.terms.term import Term
 
-REFERENCE_SPEED, REFERENCE_LEG = 3.0, 0.92  # [m/s], [m] to which the following times belong
-CADENCE, CADENCE_EXPONENT = 165.0, 0.17  # [steps/min], [1]
-CONTACT_TIME, CONTACT_SLOPE = 0.285, -0.04  # [s] at 3 m/s, [s per m/s] decrease with speed
+REFERENCE_SPEED = 3.0  # [m/s] to which the following times belong
+REFERENCE_LEG = 0.92  # [m] length of the leg to which they belong
+CADENCE = 165.0  # [steps/min]
+CADENCE_EXPONENT = 0.17  # [1] of the speed
+CONTACT_TIME = 0.285  # [s] at the reference speed
+CONTACT_SLOPE = -0.04  # [s per m/s] change with speed
 MIN_FLIGHT_SHARE = 0.08  # [1] shortest flight relative to a step
 STANCE_SHARES = (0.15, 0.5, 0.88)
 """Foot flat, heel off and ball off relative to the contact time [1]; heel strikers, estimates."""
@@ -49,7 +52,8 @@ WORK_WEIGHT = 0.1  # [1]
 JERK_WEIGHT = 4.5e-8  # divided by the sixth power of the step time [1/(s rad²)]
 PELVIS_ACCELERATION_WEIGHT = 1.4e-4  # [s³/rad²]
 FORCE_RATE_WEIGHT = 0.24  # multiplied by the square of the contact time [1/s]
-PELVIS_TILT, ELBOW_FLEXION = -0.3, float(np.deg2rad(90.0))  # [rad] of runners; 17° forward
+PELVIS_TILT = -0.3  # [rad] of runners; 17° forward
+ELBOW_FLEXION = float(np.deg2rad(90.0))  # [rad] of runners
 NODES_PER_SECOND = 120.0
 
 

@@ -83,9 +83,10 @@ STANDING_POSTURE = {
 }
 """Postures that are not zero [rad]."""
 
-HANDLE_HEIGHT, HANDLE_AHEAD = 1.05, 0.45
-"""Height of the handle of a cart, and distance ahead of the pelvis [m]; shopping trolleys and
-beds have 0.95 to 1.1 m."""
+HANDLE_HEIGHT = 1.05
+"""Height of the handle of a cart [m]; shopping trolleys and beds have 0.95 to 1.1 m."""
+HANDLE_AHEAD = 0.45
+"""Distance of the handle ahead of the pelvis [m]."""
 ARMS_AHEAD = {"arm_flex": float(np.deg2rad(25.0)), "elbow_flex": float(np.deg2rad(65.0))}
 """Angles of the arms in the guess of a walk with a cart [rad]."""
 CROSSING_SLOWNESS = 1.25

@@ -15,7 +15,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.dynamics.inverse import inverse_dynamics
 from plantigrade.spatial.conventions import rotation_matrix
 from plantigrade.trajopt.zhakatayev2023 import conditions
-from plantigrade.trajopt.zhakatayev2023.conditions import LOAD, RATE, TORQUE
+from plantigrade.trajopt.zhakatayev2023.conditions import MAX_LOAD, MAX_RATE, MAX_TORQUE
 from plantigrade.trajopt.zhakatayev2023.formulation import PaperProblem
 from plantigrade.trajopt.zhakatayev2023.polygons import convex, outside
 
@@ -98,13 +98,13 @@ def between(paper: PaperProblem, c: Float[Array, "n_coefficients nv"]) -> Betwee
         zmp=zmp,
         moment=moment,
         pull=_over(-force[:, 2]),
-        load=_over(force[:, 2] - LOAD),
+        load=_over(force[:, 2] - MAX_LOAD),
         friction=float(np.max(np.linalg.norm(force[carried, :2], axis=1) / force[carried, 2])),
         penetration=_over(-k.points[..., 2]),
         drift=drift,
         angle=_over(np.maximum(low - k.q, k.q - high)),
-        rate=_over(np.abs(k.qd) - RATE),
-        torque=_over(np.abs(k.torques) - TORQUE),
+        rate=_over(np.abs(k.qd) - MAX_RATE),
+        torque=_over(np.abs(k.torques) - MAX_TORQUE),
     )
 
 

@@ -35,7 +35,8 @@ from plantigrade.trajopt.problem.constraint_family import node_symbols
 
 Pose = Float[Array, " nv"]  # [rad, m] coordinates
 
-MASS, HEIGHT = 77.5, 1.80  # [kg], [m]
+MASS = 77.5  # [kg]
+HEIGHT = 1.80  # [m]
 CONTACTS = (
     "heel_back_medial",
     "heel_back_lateral",

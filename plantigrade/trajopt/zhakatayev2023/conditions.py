@@ -56,8 +56,11 @@ from plantigrade.trajopt.zhakatayev2023.body import PaperBody, Pose
 from plantigrade.trajopt.zhakatayev2023.motions import PaperMotion
 from plantigrade.trajopt.zhakatayev2023.polygons import corners, edges
 
-ANGLE, ELBOW, RATE = np.pi / 3, 2 * np.pi / 3, 5.0  # limits [rad], [rad/s]
-TORQUE, LOAD = 200.0, 1.4  # Q_max [N m], vertical force [body weights]
+MAX_ANGLE = np.pi / 3  # [rad]
+MAX_ELBOW_ANGLE = 2 * np.pi / 3  # [rad]
+MAX_RATE = 5.0  # [rad/s]
+MAX_TORQUE = 200.0  # [N m] Q_max
+MAX_LOAD = 1.4  # [body weights] vertical force
 KNEE = np.pi / 3  # of a swinging knee [rad]
 SLIP = 0.04  # how still a foot stands [m/s], the paper's tolerance
 POSTURE = 0.005  # [1/rad²]
@@ -68,14 +71,14 @@ TRANSLATIONS = ("pelvis_tx", "pelvis_ty", "pelvis_tz")
 
 def limits(body: PaperBody, motion: PaperMotion, start: Pose, end: Pose) -> tuple[Pose, Pose]:
     """Return lower and upper limits of the coordinates (Eq. 18) [rad, m]."""
-    lower, upper = body.neutral - ANGLE, body.neutral + ANGLE
+    lower, upper = body.neutral - MAX_ANGLE, body.neutral + MAX_ANGLE
     for name in ("knee_angle", "elbow_flex"):
         for side in SIDES:
             i = body.index(f"{name}_{side}")
-            lower[i], upper[i] = body.neutral[i], body.neutral[i] + ELBOW
+            lower[i], upper[i] = body.neutral[i], body.neutral[i] + MAX_ELBOW_ANGLE
     if motion.start == "seated":
         for side in SIDES:
-            upper[body.index(f"hip_flexion_{side}")] = ELBOW
+            upper[body.index(f"hip_flexion_{side}")] = MAX_ELBOW_ANGLE
     for name in TRANSLATIONS:
         i = body.index(name)
         low, high = sorted((start[i], end[i]))
@@ -115,7 +118,7 @@ def coordinates(body: PaperBody, motion: PaperMotion, start: Pose, end: Pose) ->
 def rates(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     """Return the limits of rates between start and end (Eq. 18)."""
     rows = _rows(body, motion, "rates", body.inputs[1], body.names, "rad/s")
-    rows.lower[1:-1], rows.upper[1:-1] = -RATE, RATE
+    rows.lower[1:-1], rows.upper[1:-1] = -MAX_RATE, MAX_RATE
     return rows
 
 
@@ -147,13 +150,13 @@ def forces(body: PaperBody, motion: PaperMotion) -> ConstraintFamily:
     root = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
     names = (*(f"root {name}" for name in root), *body.names[_ROOT:])
     names += tuple(f"{EDGE} {i + 1}" for i in range(n))
-    function = ca.Function("forces", [q, qd, qdd, u, p], [ca.vertcat(tau, *off) / TORQUE])
+    function = ca.Function("forces", [q, qd, qdd, u, p], [ca.vertcat(tau, *off) / MAX_TORQUE])
     rows = ConstraintFamily.free(
-        "forces", function, names, motion.n_samples, parameters, "N m", TORQUE
+        "forces", function, names, motion.n_samples, parameters, "N m", MAX_TORQUE
     )
     nv = len(body.names)
     rows.lower[:, :nv], rows.upper[:, :nv] = -1.0, 1.0
-    rows.lower[:, 2], rows.upper[:, 2] = 0.0, LOAD * body.weight / TORQUE
+    rows.lower[:, 2], rows.upper[:, 2] = 0.0, MAX_LOAD * body.weight / MAX_TORQUE
     rows.weight[:, _ROOT:nv] = 2.0
     for k, each in enumerate(half_planes):
         rows.upper[k, nv : nv + len(each)] = 0.0

@@ -37,7 +37,7 @@ from plantigrade.trajopt.zhakatayev2023.between_samples import (
     course,
 )
 from plantigrade.trajopt.zhakatayev2023.body import PaperBody
-from plantigrade.trajopt.zhakatayev2023.conditions import TORQUE
+from plantigrade.trajopt.zhakatayev2023.conditions import MAX_TORQUE
 from plantigrade.trajopt.zhakatayev2023.formulation import PaperProblem, formulate
 from plantigrade.trajopt.zhakatayev2023.motions import PaperMotion, paper_task
 from plantigrade.trajopt.zhakatayev2023.staged import StagedResult, solve_staged
@@ -116,7 +116,7 @@ class PaperSolution:
         """Eq. 15: squared joint torques over 200 N m, summed over joints and samples."""
         at = np.searchsorted(self.course.times, self.paper.motion.times - 1e-9)
         samples = self.course.torques[at]
-        return float(np.sum((samples / TORQUE) ** 2))
+        return float(np.sum((samples / MAX_TORQUE) ** 2))
 
 
 def paper_motion(
