@@ -16,7 +16,7 @@ import numpy as np
 from experiments.walk_outcome import Landing, WalkOutcome
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
-from plantigrade.control.gait.leg_overlap import MAX_LEG_OVERLAP
+from plantigrade.control.gait.clearance import MAX_LEG_OVERLAP
 from plantigrade.errors import ParameterError, PlantigradeError
 from plantigrade.world import PhasePush
 from plantigrade.world.disturbance import (

@@ -25,7 +25,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import GEOM_PREFIX
-from plantigrade.control.gait.leg_overlap import MAX_LEG_OVERLAP, LegOverlap
+from plantigrade.control.gait.clearance import MAX_LEG_OVERLAP, LegOverlap
 from plantigrade.threads import on_one_thread
 from plantigrade.world import (
     Command,

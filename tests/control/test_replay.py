@@ -224,7 +224,7 @@ def test_who_is_pushed_while_standing_takes_a_step_and_the_motion_goes_on_after_
     rest = replace(rest, time=np.linspace(0.0, 3.0, n), qvel=none, qacc=none)
     replay = Replay(Record(side_step.human, rest))
     assert replay.reference.ends
-    world = world_for(replay, Push(force=150.0, duration=0.2, direction=0.0, time=0.1))
+    world = world_for(replay, Push(force=180.0, duration=0.2, direction=0.0, time=0.1))
     state, waited = world.reset(), False
     while world.time < 2.0 and world.fall is None:
         state = world.step(replay(state))

@@ -15,8 +15,10 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.record import Record
 from plantigrade.wbc.tasks.contact import ContactSettings
+from plantigrade.world import SimulatedWorld
 from plantigrade.world.world_model import world_model
 
+MAX_LEG_OVERLAP = 0.03  # [m] depth that flesh could yield; deeper, legs are no longer solid
 N_FRAMES = 60  # frames in which overlaps are looked for
 N_STEPS = 8  # steps by which arms are held out
 ARM = ("humerus", "ulna", "radius", "hand", "fingers", "clavicle", "scapula")
@@ -103,3 +105,23 @@ def _overlaps(model, data, kind: Array, frames: Array) -> tuple[list[float], flo
         both = body & (pairs == "leg_r").any(axis=1) & (pairs == "leg_l").any(axis=1)
         legs = max(legs, float(deep[both].max(initial=0.0)))
     return arms, legs
+
+
+class LegOverlap:
+    """Depth to which one leg penetrates the other.
+
+    Attributes:
+        deepest: Maximum depth [m].
+    """
+
+    def __init__(self, world: SimulatedWorld):
+        model = world.model
+        kind = np.array([part_of(model.body(int(b)).name) for b in model.geom_bodyid])
+        self._leg = (kind == "leg_r") * 1 + (kind == "leg_l") * 2
+        self._contact, self.deepest = world.data.contact, 0.0
+
+    def update(self) -> None:
+        """Take the contacts of the last step into account."""
+        both = self._leg[self._contact.geom].sum(axis=1) == 3
+        if both.any():
+            self.deepest = max(self.deepest, -float(self._contact.dist[both].min()))

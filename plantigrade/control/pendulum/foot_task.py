@@ -1,4 +1,4 @@
-"""A foot of a walk as a whole-body task: a desired velocity that is reached in a time."""
+"""A foot of a walk as a whole-body task."""
 
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.wbc.tasks import Task
@@ -6,20 +6,19 @@ from plantigrade.wbc.tasks.task import Target
 
 
 class FootTask(Task):
-    """Position or rotation of a foot, as a desired velocity that is reached in a time.
+    """Position or rotation of a foot.
 
     Args:
         part: Which rows of the motion of its body: rotation, or position.
-        gain: Desired velocity by error [1/s].
-        time: Time in which it is reached [s].
+        stiffness: Stiffness, critically damped [1/s²].
         weight: Root of the cost of a squared unit missed.
     """
 
     points: RigidPoints
 
-    def __init__(self, part: slice, gain: float, time: float, weight: float):
-        super().__init__("foot", weight=weight**2)
-        self.part, self.gain, self.time = part, gain, time
+    def __init__(self, part: slice, stiffness: float, weight: float):
+        super().__init__("foot", stiffness=stiffness, weight=weight**2)
+        self.part = part
 
     def of(self, points: RigidPoints, i: int, target: Target) -> "FootTask":
         """Return the task of a foot.
@@ -46,9 +45,3 @@ class FootTask(Task):
     def bias_acceleration(self, state, time):
         """Return its acceleration where nothing accelerates."""
         return self.points.body_bias[self._body, self.part]
-
-    def acceleration(self, state, time, jacobian=None):
-        """Return the desired acceleration."""
-        _, desired, acceleration = self.aim(time)
-        desired = desired - self.gain * self.error(state, time)
-        return acceleration + (desired - self.velocity(state, time)) / self.time

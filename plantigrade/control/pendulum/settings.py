@@ -10,10 +10,10 @@ from plantigrade.control.gait.planner import FootstepSettings
 from plantigrade.control.gait.reference import ReferenceSettings
 from plantigrade.control.gait.swing_foot import SwingSettings
 from plantigrade.control.pendulum.crouch import CrouchSettings
+from plantigrade.control.pendulum.footstep import PlanSettings
 from plantigrade.control.pendulum.ground import GroundSettings
 from plantigrade.control.pendulum.landing_laws import LAWS
 from plantigrade.control.pendulum.path import PathSettings
-from plantigrade.control.pendulum.plan_settings import PlanSettings
 from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.control.pendulum.swing import SwingPathSettings
 from plantigrade.control.pendulum.tasks import WalkingTaskSettings

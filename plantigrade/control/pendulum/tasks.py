@@ -51,8 +51,7 @@ class JointVelocitySettings:
 class WalkingTaskSettings:
     """Weights and gains of the tasks; values were chosen where no reason is given.
 
-    A gain is the desired velocity by error; the velocity is reached as by a critically damped
-    spring.
+    Springs are critically damped.
     """
 
     weights: TaskSettings = TaskSettings()
@@ -99,16 +98,6 @@ class WalkingTaskSettings:
     """Cost of a force [0.1 body weights], squared, at twice that height."""
 
 
-def critically_damped(stiffness: float) -> tuple[float, float]:
-    """Return desired velocity by error [1/s], and the time in which it is reached [s].
-
-    Args:
-        stiffness: Stiffness of the critically damped spring that they amount to [1/s²].
-    """
-    rate = sqrt(stiffness)
-    return 0.5 * rate, 0.5 / rate
-
-
 class WalkingTasks:
     """The tasks of a walk.
 
@@ -132,10 +121,8 @@ class WalkingTasks:
         mass = float(human.model.body_mass.sum())
         self.com = LinearMomentumTask(mass, weight=np.array(weights.com_weight) ** 2)
         self.momentum = AngularMomentumTask()
-        gain, time = critically_damped(weights.rotation_stiffness)
-        self._rotation = FootTask(slice(3), gain, time, weights.rotation_weight)
-        gain, time = critically_damped(weights.foot_stiffness)
-        self.position = FootTask(slice(3, 6), gain, time, weights.foot_weight)
+        self._rotation = FootTask(slice(3), weights.rotation_stiffness, weights.rotation_weight)
+        self.position = FootTask(slice(3, 6), weights.foot_stiffness, weights.foot_weight)
         sides = np.array([[name.endswith(f"_{side}") for name in names] for side in SIDES])
         self._toes = sides & within_foot(human)
         self.torque_cost = weights.torque(human)
@@ -176,9 +163,9 @@ class WalkingTasks:
         desired = rate * ref.v - body.qvel
         desired[3:6] += turn_rate * body.rotations[1, 2]  # the vertical, in the axes of the pelvis
         error = root_error(ref.q[3:7], body.qpos[3:7])
-        gain, time = critically_damped(own.weights.joint_stiffness)
-        desired[3:6] = (desired[3:6] + gain * error) / time
-        gain = joints.time * own.weights.joint_stiffness
+        stiffness = own.weights.joint_stiffness
+        desired[3:6] = stiffness * error + own.weights.joint_damping * desired[3:6]
+        gain = joints.time * stiffness
         velocity = gain * (ref.q[7:] - body.qpos[7:])
         desired[6:] = (desired[6:] + factor * velocity) * (factor / joints.time)
         desired += rate**2 * ref.a
@@ -229,14 +216,14 @@ class WalkingTasks:
         desired[:2] += omega**2 * ((com - ref.com)[:2] - moved)
         rate = min(rate, 1.0)
         error = ref.com[2] + ground - lowering - com[2]
-        gain, reached = critically_damped(own.weights.com_height_stiffness)
-        vertical = rate * ref.com_velocity[2] + slope @ velocity[:2] + gain * error
+        stiffness = own.weights.com_height_stiffness
+        climb = rate * ref.com_velocity[2] + slope @ velocity[:2]
         recorded = rate**2 * ref.com_acceleration[2]
         lowest = -own.weights.max_vertical_acceleration
         if time is not None and lowering > 0.0:
             needed = 2.0 * (max(error, -lowering) - velocity[2] * time) / time**2
             lowest = min(max(needed, -own.max_reaching_descent), lowest)
-        back = (vertical - velocity[2]) / reached
+        back = stiffness * error + 2.0 * sqrt(stiffness) * (climb - velocity[2])
         back = min(max(back, lowest), own.weights.max_vertical_acceleration)
         if time is not None and lowering > 0.0:
             excess = -velocity[2] - own.max_landing_speed
@@ -257,7 +244,7 @@ class WalkingTasks:
         """
         own, share = self.settings, self.flywheel_share(dcm_error)
         matrix = self.momentum.jacobian(body, 0.0)[:2]
-        gain, _ = critically_damped(own.weights.com_height_stiffness)  # as of that height
+        gain = 0.5 * sqrt(own.weights.com_height_stiffness)  # velocity by error, as of that height
         desired = rate**2 * ref.a + gain * (rate * ref.v - body.qvel)
         weight = ((1.0 - share) * own.momentum_weight) ** 2
         return Rows(matrix, matrix @ desired, weight, "angular momentum")

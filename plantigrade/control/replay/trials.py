@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.control.gait.leg_overlap import MAX_LEG_OVERLAP, LegOverlap
+from plantigrade.control.gait.clearance import MAX_LEG_OVERLAP, LegOverlap
 from plantigrade.control.gait.person import world_sites
 from plantigrade.control.replay import Replay
 from plantigrade.notes import Info
