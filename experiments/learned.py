@@ -14,6 +14,7 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
 from plantigrade.learn import Policy, PolicyController
+from plantigrade.learn.landing import PLATE_CUTOFF
 from plantigrade.learn.policy import file_of, shipped
 from plantigrade.motion.filters import lowpass
 from plantigrade.options import is_policy
@@ -33,8 +34,6 @@ OFF_LOAD, ON_LOAD = 0.01, 0.05
 """A foot is off the ground below the first load, on it above the second [body weights]."""
 MIN_SWING = 0.1
 """Shortest time off the ground before a touchdown [s]."""
-PLATE_CUTOFF = 20.0
-"""Cutoff frequency of forces, as of recorded plates [Hz]."""
 WARM_UP = 2.0
 """Duration at the beginning that is not measured [s]."""
 REGIONS = {"heel": "heel", "midfoot": "_base_", "ball": "metatarsal_", "toes": "_toe_"}
@@ -145,6 +144,14 @@ def measure(walk: Walk, duration: float) -> Result:
     found["weight"] = float(force[late].sum(axis=1).mean() / record.weight)
     smooth = lowpass(time, force.sum(axis=1), cutoff=PLATE_CUTOFF)[late]
     found["peak_force"] = float(smooth.max() / record.weight)
+    loads = {
+        side: force[:, [i for i, site in enumerate(record.sites) if site.side == side]].sum(axis=1)
+        / record.weight
+        for side in SIDES
+    }
+    one = [lowpass(time, load, cutoff=PLATE_CUTOFF)[late].max() for load in loads.values()]
+    found["foot_peak"] = float(max(one))
+    found["double"] = float(np.mean((loads["r"] > ON_LOAD)[late] & (loads["l"] > ON_LOAD)[late]))
     found |= _landings(record, force)
     decided = np.arange(len(stiffness)) / controller.rates.control
     for side in SIDES:
@@ -153,9 +160,7 @@ def measure(walk: Walk, duration: float) -> Result:
             if name.endswith(f"_{side}"):
                 cycles = _cycles(decided, np.array(stiffness)[:, i], strikes)
                 found.setdefault("stiffness", {}).setdefault(name[:-2], []).extend(cycles)
-        own = [i for i, site in enumerate(record.sites) if site.side == side]
-        load = force[:, own].sum(axis=1) / record.weight
-        found.setdefault("load", []).extend(_cycles(time, load, strikes))
+        found.setdefault("load", []).extend(_cycles(time, loads[side], strikes))
         moment = record.torque(f"ankle_angle_{side}") / human.mass
         found.setdefault("moment", []).extend(_cycles(time, moment, strikes))
     return found

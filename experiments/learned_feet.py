@@ -22,7 +22,7 @@ from experiments.learned import (
     moment_agreement,
     policy_of,
 )
-from experiments.learned_disturbed import GOAL_HEIGHT, SIDES, pushed_walks, rough_walks
+from experiments.learned_disturbed import GOAL_HEIGHT, HEIGHTS, SIDES, pushed_walks, rough_walks
 from experiments.learned_level import DURATION, QUICK_DURATION
 from experiments.specification import Specification
 from experiments.table import Grid, ResultTable, Row
@@ -30,24 +30,29 @@ from plantigrade.errors import ParameterError
 from plantigrade.options import POLICY_SUFFIXES, is_policy
 
 N_SEEDS = 10
-"""Number of fields of bumps for each policy."""
+"""Number of low fields of bumps for each policy."""
+ROUGHER_HEIGHT = max(HEIGHTS)
+"""Height of the higher fields of bumps [cm]."""
 QUANTILE = 0.975
 """Quantile of Student's distribution: intervals hold 95 %."""
 NOTES = (
     "",
     "Mean over trainings and its 95 % interval by Student's distribution; the number of trainings "
-    "is behind the kind of feet. Ten fields of bumps of ±3 cm, 20 s each, as in rough-walk; pushes "
-    "of 0.4 s from both sides at four phases of the stride, as in pushed-walk; level walking "
-    "and the ankle as in learned-walk and ankle-torque. Policies that learned in different ways "
-    "say nothing about feet: train them alike.",
+    "is behind the kind of feet. Ten fields of bumps of ±3 cm and twenty of ±5 cm, 20 s each, as "
+    "in rough-walk; pushes of 0.4 s from both sides at four phases of the stride, as in "
+    "pushed-walk; level walking and the ankle as in learned-walk and ankle-torque. "
+    "Policies that learned in different ways say nothing about feet: train them alike.",
 )
 FIGURES = {
     "rough": ("walk 20 s on ±3 cm", "%"),
+    "rougher": ("walk 20 s on ±5 cm", "%"),
     "least": ("side push, least", "N"),
     "push": ("side push, mean", "N"),
     "off": ("joints off the reference", "deg"),
     "heel": ("heel first", "%"),
     "peak": ("peak vertical force", "BW"),
+    "foot": ("peak vertical force of one foot", "BW"),
+    "double": ("double support", "%"),
     "r": ("ankle moment, r with children's", ""),
     "ratio": ("its peak, by the measured", ""),
     "apart": ("its distance from the measured", "N m/kg"),
@@ -61,6 +66,7 @@ def level(word: str, duration: float) -> Result:
     heel = found["heel_first"]
     result = {"off": found["body_rms"], "peak": found["peak_force"], "stood": found["stood"]}
     result["heel"] = None if heel is None else 100.0 * heel
+    result |= {"foot": found["foot_peak"], "double": 100.0 * found["double"]}
     if not found["moment"]:
         return result
     mean, _ = ankle_norm(word, found["speed"])
@@ -73,6 +79,10 @@ def _level(word: str, quick: bool) -> Cases:
 
 def _rough(word: str, quick: bool) -> Cases:
     return rough_walks(word, GOAL_HEIGHT, quick, N_SEEDS)
+
+
+def _rougher(word: str, quick: bool) -> Cases:
+    return rough_walks(word, ROUGHER_HEIGHT, quick)
 
 
 def _pushed(word: str, quick: bool) -> Cases:
@@ -103,8 +113,9 @@ def figures(cached: CachedResults) -> dict[str, dict[str, list[float]]]:
                 for name in own.keys() & result.keys():
                     if result[name] is not None:
                         own[name].append(float(result[name]))
-            if rough := [r["stood"] for r in results.get("rough", [])]:
-                own["rough"].append(100.0 * float(np.mean(rough)))
+            for part in ("rough", "rougher"):
+                if rough := [r["stood"] for r in results.get(part, [])]:
+                    own[part].append(100.0 * float(np.mean(rough)))
             if forces := [r["force"] for r in results.get("pushed", [])]:
                 own["least"].append(min(forces))
                 own["push"].append(float(np.mean(forces)))
@@ -161,7 +172,7 @@ def _summary(result: Result) -> str:
 
 def experiment(words: Sequence[str]) -> Specification:
     """Return the experiment for some policies."""
-    parts = {"level": _level, "rough": _rough, "pushed": _pushed}
+    parts = {"level": _level, "rough": _rough, "rougher": _rougher, "pushed": _pushed}
     return Specification(
         name="learned-feet",
         title="Effect of the feet on a learned walk",

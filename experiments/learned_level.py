@@ -87,6 +87,8 @@ def walk_rows(cached: CachedResults) -> Iterator[Row]:
             yield between(foot, "speed of the reference", speed, 0.95, 1.05)
             yield between(foot, "mean vertical force", r["weight"], 0.98, 1.02, "BW")
             yield at_most(foot, "peak vertical force", r["peak_force"], 1.5, "BW")
+            yield Row(foot, "peak vertical force of one foot", r["foot_peak"], "BW")
+            yield Row(foot, "double support", 100.0 * r["double"], "%")
             if r["heel_first"] is not None:
                 goal = 95.0 if foot == FEET[0] else None
                 yield at_least(foot, "heel first", 100.0 * r["heel_first"], goal, "%")

@@ -59,14 +59,6 @@ class BatchState:
         """Centres of mass of hands and feet, (n, 4, 3) [m]."""
         return self._mass_centres[:, self._limbs]
 
-    @property
-    def vertical_velocity(self) -> np.ndarray:
-        """Vertical velocity of the centre of mass, (n,) [m/s]."""
-        arm = self._mass_centres - self.com[:, None]
-        spin = self.velocities[..., :3]
-        own = self.velocities[..., 5] + spin[..., 0] * arm[..., 1] - spin[..., 1] * arm[..., 0]
-        return own @ self._mass_fractions
-
     def update(self, which: Sequence[int] | None = None) -> None:
         """Update some or all rows; kinematics is recomputed, because a step leaves it outdated."""
         for i in range(len(self._rows)) if which is None else which:

@@ -32,5 +32,6 @@ class Hyperparameters:
         return self.persons * self.steps * self.updates
 
 
-FINE_TUNING = Hyperparameters(target_kl=0.03, critic_rate=1e-3)
-"""For training that starts from a policy; the untrained critic learns first."""
+FINE_TUNING = Hyperparameters(target_kl=0.03, critic_rate=1e-3, action_std=0.07)
+"""For training that starts from a policy; the untrained critic learns first. Larger noise makes
+landings harder than the policy does: forces within decisions then say little about it."""

@@ -25,6 +25,8 @@ class Progress:
     standing: int = -1
     lasted: float = -1.0  #: Mean walking time in the evaluation [s]; -1 if there was none
     force: float = 0.0  #: Mean of the force term
+    touchdown: float = 0.0  #: Mean of the touchdown term
+    load: float = 0.0  #: Mean of the load term
     soles: float = 0.0  #: Mean of the sole term
 
 

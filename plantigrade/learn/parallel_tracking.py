@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.learn.batch_state import BatchState
+from plantigrade.learn.landing import LandingWatch
 from plantigrade.learn.mirror import check_symmetry
 from plantigrade.learn.policy_interface import PolicyInterface
 from plantigrade.learn.randomisation import RandomTerrain
@@ -58,7 +59,8 @@ class ParallelTracking:
         self._feet = np.array([human.body(f"foot_{side}") for side in SIDES]) - 1
         self._ankle = min(float(rest.origin(f"foot_{side}")[2]) for side in SIDES)
         self._low = MIN_PELVIS_HEIGHT * float(human.standing()[2])
-        self._begin, self._last_vertical_velocity = np.zeros(n), np.zeros(n)
+        self._begin = np.zeros(n)
+        self._landing = LandingWatch(self.worlds) if self.weights.landing else None
         self._relief = RandomTerrain(rules.terrain) if rules.terrain else None
         self._lost = MAX_PUSHED_COM_ERROR if rules.pushes else MAX_COM_ERROR
         self._constant_gains = not self.action.joints and not rules.passive
@@ -107,7 +109,8 @@ class ParallelTracking:
                 command = StablePD(qpos[7:], stiffness=stiffness, damping=damping)
                 world.actuators.command(command, world.data)
         self._view.update(which)
-        self._last_vertical_velocity[list(which)] = self._view.vertical_velocity[list(which)]
+        if self._landing is not None:
+            self._landing.start(which)
 
     def observations(self) -> Float[np.ndarray, "n size"]:
         """Return the observations, one row per person."""
@@ -134,13 +137,9 @@ class ParallelTracking:
         self._move(bounded, frame)
         whole = [i for i, world in enumerate(self.worlds) if world.diverged is None]
         self._view.update(whole)
-        rising = self._view.vertical_velocity
-        force = (
-            1.0 + (rising - self._last_vertical_velocity) * self.worlds[0].control_rate / GRAVITY
-        )
-        self._last_vertical_velocity = rising
+        landing = None if self._landing is None else self._landing.read()
         phase = np.asarray(self.reference.phase(time))
-        rewards, terms = self._reward.of(self._view, frame, phase, force)
+        rewards, terms = self._reward.of(self._view, frame, phase, landing)
         ends = self._ends(frame)
         rewards = np.where([end == DIVERGED for end in ends], 0.0, rewards)
         over = time - self._begin >= self.rules.duration - 1e-9
@@ -158,15 +157,20 @@ class ParallelTracking:
                 force += damping * rates
             for world, each in zip(self.worlds, force, strict=True):
                 world.actuators.set_force(world.data, each)
-                world.repeat_command()
+            self._advance()
             return
         stiffness, damping = self.action.gains_of(action)
         force = stiffness * target
         if feed_rates:
             force += damping * rates
         self._motors.command(self._view.angles, force, stiffness, damping)
-        for world in self.worlds:
-            world.repeat_command()
+        self._advance()
+
+    def _advance(self) -> None:
+        """Do one control step in all worlds."""
+        watchers = [None] * len(self.worlds) if self._landing is None else self._landing.watchers
+        for world, watch in zip(self.worlds, watchers, strict=True):
+            world.repeat_command(watch)
 
     def _ends(self, frame: Any) -> list[str]:
         """Return the reason why each episode ends; empty if it does not."""

@@ -12,16 +12,22 @@ over joints :math:`j`, hands and feet :math:`e` relative to the pelvis, and the 
 the world. In [DeepMimic]_ the sum runs over rotation angles of joints; here it runs over hinges,
 which is equivalent for small angles.
 
-None of these terms depends on how a foot lands. Two additional terms do: one penalises ground
-forces outside the range of walking, the other errors of pitch and roll of the feet,
+None of these terms depends on how a foot lands. Four additional terms do. They penalise ground
+forces outside the range of walking, feet that meet the ground fast, a distribution of the load on
+both feet that differs from the reference, and errors of pitch and roll of the feet,
 
 .. math::
 
-    r_f = e^{-\max(|F/W - 1| - 0.25, 0)} \qquad r_s = e^{-20 \sum_f |\Delta s_f|^2}
+    r_f = e^{-\max(F_{max} - 1.25, 0) - \max(0.75 - F_{min}, 0)} \qquad
+    r_t = e^{-\max(v - 0.2, 0) / 0.3} \qquad
+    r_l = e^{-4 (s - \hat s)^2} \qquad r_s = e^{-20 \sum_f |\Delta s_f|^2}
 
-with :math:`F` the mean vertical ground reaction force during a decision, from the change of
-momentum, :math:`W` the body weight, and :math:`s_f` the vertical components of the first two axes
-of a foot.
+with :math:`F_{max}` and :math:`F_{min}` the greatest and least vertical ground reaction force
+during a decision, low-passed as in :mod:`plantigrade.learn.landing`, in body weights, :math:`v` the
+downward speed of a foot at touchdown [m/s], :math:`s` and :math:`\hat s` the share of the right
+foot in the load, measured and of the reference, and :math:`s_f` the vertical components of the
+first two axes of a foot. The load of the reference passes evenly from foot to foot while both soles
+are down.
 """
 
 from dataclasses import dataclass, replace
@@ -31,7 +37,9 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.learn.batch_state import BatchState
+from plantigrade.learn.landing import Landing
 from plantigrade.learn.observation import first_axes
 from plantigrade.learn.reference import Reference, ReferenceState
 from plantigrade.world.world_model import FOOT_PREFIXES
@@ -49,6 +57,8 @@ class RewardWeights:
         feet: Whether joints within the feet count in pose and velocity. They are two fifths of all
             joints and matter little for a walk.
         force: Weight of :math:`r_f - 1`, a cost of hard landings and flight; not in the paper.
+        touchdown: Weight of :math:`r_t - 1`, a cost of fast touchdowns; not in the paper.
+        load: Weight of :math:`r_l`; not in the paper.
         soles: Weight of :math:`r_s`; not in the paper.
     """
 
@@ -58,18 +68,32 @@ class RewardWeights:
     ends: float = 0.15
     feet: bool = True
     force: float = 0.0
+    touchdown: float = 0.0
+    load: float = 0.0
     soles: float = 0.0
+
+    @property
+    def landing(self) -> bool:
+        """Whether a term needs the forces between two decisions."""
+        return bool(self.force or self.touchdown or self.load)
 
 
 FORCE_TOLERANCE = 0.25
 """Deviation of the ground reaction force from body weight in walking, without penalty [body
 weights]; a centre of mass that rises by 2.5 cm in each of two steps per second accelerates by 0.2
 g."""
+TOUCHDOWN_TOLERANCE = 0.2
+"""Downward speed of a foot at touchdown without penalty, that of the published mean walk [m/s]."""
+TOUCHDOWN_SCALE = 0.3
+"""Excess of that speed at which the reward falls to 1/e [m/s]; chosen."""
+DOWN_HEIGHT = 0.002
+"""A sole of the reference is down if its lowest point is this close to the lowest height that it
+reaches in the stride [m]; chosen."""
 ROWS = 101
-"""Instants of a stride at which the inclination of the feet is stored."""
+"""Instants of a stride at which inclination and load of the feet are stored."""
 LEAN_WEIGHTS = RewardWeights(pose=0.5, velocity=0.1, com=0.25, ends=0.15, feet=False)
 """Weights with which walking was learned in a million steps."""
-LANDING_WEIGHTS = replace(LEAN_WEIGHTS, force=2.0, soles=0.3)
+LANDING_WEIGHTS = replace(LEAN_WEIGHTS, force=4.0, touchdown=1.0, load=1.0, soles=0.3)
 """Weights with which a walking policy learned to land on the heel."""
 
 
@@ -83,19 +107,20 @@ class Reward:
         self._counts = np.where(np.array(inner) & (not weights.feet), 0.0, 1.0)
         self._feet = np.array([human.body(f"foot_{side}") for side in SIDES]) - 1
         self._soles = _soles(reference) if weights.soles else None
+        self._shares = load_shares(reference) if weights.load else None
 
     def of(
         self,
         view: BatchState,
         reference: ReferenceState,
         phase: Float[Array, " n"],
-        force: Float[Array, " n"],
+        landing: Landing | None = None,
     ) -> tuple[Float[Array, " n"], dict[str, Float[Array, " n"]]]:
         """Return rewards and their terms, one row per world.
 
         Args:
             view: Updated state of the persons.
-            force: Mean vertical ground reaction force since the last decision [body weights].
+            landing: Ground reaction since the last decision; needed for its terms.
         """
         pose = (view.angles - reference.qpos[:, 7:]) * self._counts
         rates = (view.rates - reference.qvel[:, 6:]) * self._counts
@@ -109,16 +134,27 @@ class Reward:
                 ("ends", 40.0, off),
             )
         }  # fmt: skip
-        if self._weights.force:
-            terms["force"] = np.exp(-np.maximum(np.abs(force - 1.0) - FORCE_TOLERANCE, 0.0))
+        row = np.rint(phase * (ROWS - 1)).astype(int)
+        if landing is not None:
+            terms |= self._landing_terms(landing, row)
         if self._soles is not None:
-            row = np.rint(phase * (len(self._soles) - 1)).astype(int)
             off = foot_inclination(view.orientations[:, self._feet]) - self._soles[row]
             terms["soles"] = np.exp(-20.0 * np.einsum("ijk,ijk->i", off, off))
-        whole = np.full(len(com), -self._weights.force)
+        whole = np.zeros(len(com)) - self._weights.force - self._weights.touchdown
         for name, term in terms.items():
             whole += getattr(self._weights, name) * term
         return whole, terms
+
+    def _landing_terms(self, landing: Landing, row: np.ndarray) -> dict[str, Float[Array, " n"]]:
+        above, below = landing.peak - 1.0, 1.0 - landing.trough
+        excess = sum(np.maximum(x - FORCE_TOLERANCE, 0.0) for x in (above, below))
+        fast = np.maximum(landing.speed - TOUCHDOWN_TOLERANCE, 0.0) / TOUCHDOWN_SCALE
+        terms = {"force": np.exp(-excess), "touchdown": np.exp(-fast)}
+        if self._shares is not None:
+            total = np.maximum(landing.loads.sum(axis=1), FORCE_TOLERANCE)
+            off = landing.loads[:, 0] / total - self._shares[row]
+            terms["load"] = np.exp(-4.0 * off * off)
+        return terms
 
 
 def foot_inclination(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 2"]:
@@ -137,3 +173,19 @@ def _soles(reference: Reference) -> Float[Array, "n_rows 2 2"]:
         mujoco.mj_kinematics(human.model, data)
         found[k] = foot_inclination(data.xquat[feet])
     return found
+
+
+def load_shares(reference: Reference) -> Float[Array, " n_rows"]:
+    """Return the share of the right foot in the load over the stride, in :data:`ROWS` rows.
+
+    It changes evenly while both soles, or none, are down.
+    """
+    at = np.linspace(0.0, 1.0, ROWS)
+    soles = sole_paths(reference.human, reference.at(at * reference.period).qpos)
+    heights = np.stack([soles.position[:, soles.of(s), 2].min(axis=1) for s in SIDES], axis=1)
+    right, left = (heights - heights.min(axis=0) < DOWN_HEIGHT).T
+    alone = right != left
+    if not alone.any():
+        return np.full(ROWS, 0.5)
+    period = 1.0 if reference.cyclic else None
+    return np.interp(at, at[alone], right[alone].astype(float), period=period)

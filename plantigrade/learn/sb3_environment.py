@@ -11,7 +11,7 @@ from plantigrade.learn.environment import Walks
 require("stable_baselines3", "learn")
 _vec = require("stable_baselines3.common.vec_env", "learn")
 
-TERMS = ("pose", "velocity", "com", "ends", "force", "soles")
+TERMS = ("pose", "velocity", "com", "ends", "force", "touchdown", "load", "soles")
 """Terms of the reward; some rules use a part of them."""
 
 

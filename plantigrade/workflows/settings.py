@@ -192,7 +192,7 @@ class TrainSettings(RecordingSettings):
     pushes: float = 0.0
     """Maximum force of random pushes during training [N]."""
     landing: Flag = False
-    """Penalise hard landings and foot inclination that differs from the reference."""
+    """Penalise hard landings, and load and inclination of feet that differ from the reference."""
     start: OptionalWord = None
     """Policy to start from, with any feet: a policy.npz, or learned for a bundled one."""
     steps: int = 3_000_000

@@ -197,15 +197,19 @@ class World(SimulatedWorld):
         self._signals = {f"{CONTROLLER}{name}": value for name, value in done.signals.items()}
         self.repeat_command()
 
-    def repeat_command(self) -> None:
-        """Do one control step with the last command."""
+    def repeat_command(self, watch: Callable[[mujoco.MjData], None] | None = None) -> None:
+        """Do one control step with the last command.
+
+        Args:
+            watch: Called after every step of the physics.
+        """
         if self.diverged is not None:
             return
         data = self.data
         recorder = self._recorder
         good = 0 if recorder is None else len(recorder)
         with collected_warnings():  # the world itself reports divergence
-            self._advance_to(self._steps + self._per_control)
+            self._advance_to(self._steps + self._per_control, watch)
         speed = data.qvel
         if not (
             speed.max() < MAX_SPEED and speed.min() > -MAX_SPEED
@@ -216,10 +220,10 @@ class World(SimulatedWorld):
         elif self.fall is None:
             self.fall = self._falls.detect(data, self.time)
 
-    def _advance_to(self, end: int) -> None:
+    def _advance_to(self, end: int, watch: Callable[[mujoco.MjData], None] | None = None) -> None:
         """Advance the physics to a given step."""
         data, lasting = self.data, self._pushed
-        if self._undisturbed and not lasting:
+        if self._undisturbed and not lasting and watch is None:
             self.actuators.step(data, end - self._steps)
             self._steps, self._last_pushes = end, []
             return
@@ -232,14 +236,18 @@ class World(SimulatedWorld):
                 self.actuators.step(data, 1)
                 self._record_frame(recorder)
                 self._steps += 1
+                if watch is not None:
+                    watch(data)
                 continue
             stop = min([end, *self._edges[bisect_right(self._edges, self._steps) :][:1]])
-            stop = min(stop, self._steps + self._max_steps)
+            stop = min(stop, self._steps + (self._max_steps if watch is None else 1))
             if recorder is not None:
                 stop = min(stop, (self._steps // self._per_frame + 1) * self._per_frame)
             self.actuators.update_limits(data, (stop - self._steps) / self.rate)
             self.actuators.step(data, stop - self._steps)
             self._steps = stop
+            if watch is not None:
+                watch(data)
         self._last_pushes, self._pushed = self._pushed, []
         if self._undisturbed:
             data.xfrc_applied[:] = 0.0

@@ -31,6 +31,10 @@ def test_a_walk_is_measured(measured):
     assert measured["stood"] and measured["body_rms"] < 5.0 and measured["heel_first"] > 0.3
     assert measured["speed"] == pytest.approx(measured["speed_wanted"], rel=0.1)
     assert 0.85 < measured["weight"] < 1.15 < measured["peak_force"]
+    assert 0.9 < measured["foot_peak"] < measured["peak_force"]
+    # Both feet are down where their stances overlap.
+    overlap = 2.0 * measured["stance"] / np.diff(measured["strikes"]["r"]).mean() - 1.0
+    assert measured["double"] == pytest.approx(overlap, abs=0.05) and overlap > 0.05
     assert measured["begins"]["heel"] <= measured["begins"]["toes"] < 0.3
     assert 0.35 < measured["stance"] < 0.75
     strikes = measured["strikes"]
@@ -82,10 +86,12 @@ def test_trainings_of_a_foot_are_held_against_those_of_another(measured):
                   f"level/{FOOT}/c/": {"error": "no"},
                   f"rough/{FOOT}/a/0": {"stood": True, "time": 20.0},
                   f"rough/{FOOT}/a/1": {"stood": False, "time": 2.0},
+                  f"rougher/{FOOT}/a/0": {"stood": False, "time": 2.0},
                   "pushed/rigid/d/left/0.0": {"force": 40.0},
                   "pushed/rigid/d/left/0.5": {"force": 80.0}})  # fmt: skip
     figures = learned_feet.figures(found)
     assert figures[FOOT]["off"] == [1.5, 2.5] and figures[FOOT]["rough"] == [50.0]
+    assert figures[FOOT]["rougher"] == [0.0]
     assert figures["rigid"]["least"] == [40.0] and figures["rigid"]["push"] == [60.0]
     (grid,) = learned_feet.EXPERIMENT.grids(found)
     off = next(line for line in grid.lines if line[0].startswith("joints"))

@@ -182,6 +182,16 @@ def test_in_the_mirror_everything_is_on_the_other_side(reference):
     np.testing.assert_allclose(mirror.mirror_observation(mirror.mirror_observation(look)), look)
     decided = rng.uniform(-1, 1, (2, len(tracking.action)))
     np.testing.assert_allclose(mirror.mirror_action(mirror.mirror_action(decided)), decided)
+    # In the mirror they move alike, too.
+    decided[1:] = mirror.mirror_action(decided[:1])
+    for world in tracking.worlds:
+        world.model.opt.solver, world.model.opt.iterations = mujoco.mjtSolver.mjSOL_NEWTON, 100
+    targets = tracking.action.targets(decided, frame) - frame.qpos[:, 7:]
+    for world, target in zip(tracking.worlds, targets, strict=True):
+        world.advance(StablePD(world.data.qpos[7:] + target, stiffness=400.0, damping=40.0))
+    np.testing.assert_allclose(second.qpos[7:], first.qpos[7:][other] * sign, atol=1e-6)
+    np.testing.assert_allclose(second.qvel[:3], across @ first.qvel[:3], atol=1e-5)
+    assert np.abs(first.qvel[1]) > 1e-3 and first.ncon > 0
     assert asymmetry(reference) < np.deg2rad(1.0)
 
 

@@ -8,11 +8,12 @@ from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
 from plantigrade.learn import Reference, Rules
 from plantigrade.learn.batch_state import BatchState
+from plantigrade.learn.landing import Landing, LandingWatch
 from plantigrade.learn.parallel_tracking import ParallelTracking
 from plantigrade.learn.randomisation import RandomPushes
-from plantigrade.learn.reward import LANDING_WEIGHTS, Reward
+from plantigrade.learn.reward import LANDING_WEIGHTS, Reward, load_shares
 from plantigrade.models import Human
-from plantigrade.world import World
+from plantigrade.world import StablePD, World
 from plantigrade.world.disturbance import body_index
 
 SMALL = Human.create(1.7, 65.0, "female", "42", "two-segment")
@@ -69,24 +70,42 @@ def test_pushes_come_from_anywhere_and_pass(reference):
 
 
 def test_the_force_of_a_landing_is_the_grounds(reference):
-    """By momentum what the contacts say, where a decision is one step of the physics."""
-    tracking = ParallelTracking(Rules(reference=reference, rate=150.0, control_rate=150.0))
-    found = []
-    of = tracking._reward.of
+    """Dropped on the feet: the peak within a decision, which no decision ends at, and the speed."""
+    height, duration, qpos = 0.05, 0.3, SMALL.standing()
+    hold = StablePD(qpos[7:], stiffness=400.0, damping=40.0)
+    qpos[2] += height
+    fine, coarse = (
+        World(SMALL, rate=150.0, control_rate=rate, recording=False, qpos=qpos)
+        for rate in (150.0, 30.0)
+    )
+    level, levels = 1.0, []
+    for _ in range(round(duration * 150.0)):
+        fine.advance(hold)
+        pressed = fine.contact_force()[:, 2].sum() / (SMALL.mass * GRAVITY)
+        level += (1.0 - np.exp(-2.0 * np.pi * 20.0 / 150.0)) * (pressed - level)
+        levels.append(level)
+    watch, found = LandingWatch([coarse]), []
+    watch.start([0])
+    coarse.actuators.command(hold, coarse.data)
+    for _ in range(round(duration * 30.0)):
+        coarse.repeat_command(watch.watchers[0])
+        found.append(watch.read())
+    ends = [1.0, *levels[4::5]]
+    peaks = np.maximum(np.reshape(levels, (-1, 5)).max(axis=1), ends[:-1])
+    np.testing.assert_allclose([x.peak[0] for x in found], peaks, rtol=1e-3)
+    assert peaks.max() > 2.0 and peaks.max() > 1.05 * max(ends)
+    speeds = np.array([x.speed[0] for x in found])
+    assert np.count_nonzero(speeds) == 1
+    assert speeds.max() == pytest.approx(np.sqrt(2.0 * GRAVITY * height), rel=0.1)
 
-    def heard(view, frame, phase, force):
-        found.append((force[0], phase[0]))
-        return of(view, frame, phase, force)
 
-    tracking._reward.of = heard
-    tracking.start_episodes([0], [0.3], [0])
-    pressed = []
-    for _ in range(30):
-        tracking.step(np.zeros((1, len(tracking.action))))
-        pressed.append(tracking.worlds[0].contact_force()[:, 2].sum() / (SMALL.mass * GRAVITY))
-    force, phase = np.array(found).T
-    np.testing.assert_allclose(force, pressed, atol=0.05)
-    assert np.ptp(pressed) > 0.3 and (np.diff(phase) > 0).all()
+def test_the_load_passes_from_foot_to_foot(reference):
+    """In even steps, half a stride apart, while both feet of the reference are down."""
+    right = load_shares(reference)
+    half = len(right) // 2
+    np.testing.assert_allclose(right[half:], 1.0 - right[: half + 1], atol=0.1)
+    both = (right > 0.01) & (right < 0.99)
+    assert 0.1 < both.mean() < 0.4 and np.abs(np.diff(right)).max() < 0.25
 
 
 def test_hard_landings_and_turned_feet_are_worth_less(reference):
@@ -97,14 +116,21 @@ def test_hard_landings_and_turned_feet_are_worth_less(reference):
     )
     frame, phase = reference.at(np.array([0.25 * reference.period])), np.array([0.25])
 
-    def terms(force: float, ankle: float = 0.0):
+    def terms(force: float = 1.0, ankle: float = 0.0, speed: float = 0.0, right: float = 0.0):
         world.data.qpos[: SMALL.model.nq] = frame.qpos[0]
         world.data.qpos[7 + SMALL.hinge("ankle_angle_r")] += ankle
         view.update()
-        return reward.of(view, frame, phase, np.array([force]))[1]
+        peak, trough = np.array([max(force, 1.0)]), np.array([min(force, 1.0)])
+        loads = np.array([[right, 1.0 - right]])
+        return reward.of(view, frame, phase, Landing(peak, trough, loads, np.array([speed])))[1]
 
-    level = terms(1.2)
-    assert level["force"][0] == 1.0 and level["soles"][0] == pytest.approx(1.0, abs=1e-3)
+    level = terms(1.2, speed=0.2)
+    assert level["force"][0] == level["touchdown"][0] == 1.0
+    assert level["soles"][0] == pytest.approx(1.0, abs=1e-3)
+    assert terms(speed=0.5)["touchdown"][0] == pytest.approx(np.exp(-1.0))
+    # A quarter into the stride one foot alone is down: the left one.
+    assert terms(right=0.0)["load"][0] == 1.0
+    assert terms(right=0.5)["load"][0] == pytest.approx(np.exp(-1.0))
     assert terms(2.25)["force"][0] == pytest.approx(np.exp(-1.0))
     assert terms(0.25)["force"][0] == pytest.approx(np.exp(-0.5))
     # The foot is inclined there, and the axis of the ankle is.

@@ -177,13 +177,10 @@ def test_the_reward_is_one_on_the_reference_and_less_off_it(lean):
     view = BatchState(SMALL, [(lean.world.model, data)])
     data.qpos[: SMALL.model.nq], data.qvel[: SMALL.model.nv] = frame.qpos[0], frame.qvel[0]
     view.update()
-    reward, rest = (
-        Reward(lean.tracking.reference, LEAN_WEIGHTS),
-        (lean.tracking.phase, np.ones(1)),
-    )
-    assert reward.of(view, frame, *rest)[0] == pytest.approx([1.0], abs=1e-4)
+    reward, phase = Reward(lean.tracking.reference, LEAN_WEIGHTS), lean.tracking.phase
+    assert reward.of(view, frame, phase)[0] == pytest.approx([1.0], abs=1e-4)
     view.angles[0, SMALL.hinge("knee_angle_r")] += 0.5
-    _, terms = reward.of(view, frame, *rest)
+    _, terms = reward.of(view, frame, phase)
     assert terms["pose"] == pytest.approx([np.exp(-2 * 0.25)]) and terms["com"] > 0.999
 
 
