@@ -12,7 +12,9 @@ from plantigrade.trajopt.terms.effort import (
     REFERENCE_STRENGTH,
     Acceleration,
     Jerk,
+    Power,
     Torque,
+    Work,
     relative_inertia,
 )
 from tests.trajopt.coarse_walk import body, person, task
@@ -57,6 +59,20 @@ def test_all_joints_cost_as_much_at_their_strength():
     weight = made.family("muscle torque").weight[1] / made.weights[1]
     cost = 0.5 * weight * (strength / body().torque) ** 2
     np.testing.assert_allclose(cost, 3.0 * (REFERENCE_STRENGTH / TORQUE_SCALE) ** 2)
+
+
+def test_power_costs_less_where_joints_share_it_and_work_does_not():
+    """Of 400 W, large beside the rounding, one joint does all, or four do a quarter each."""
+    alone, shared = np.array([4.0, 0.0, 0.0, 0.0]), np.full(4, 1.0)
+    cost = {}
+    for term in (Work(1.0), Power(1.0)):
+        b = builder()
+        term.add_to(b)
+        rate = b.family("work rate")
+        gain, weight = rate.gain[1, 0], rate.weight[1, 0]
+        cost[type(term)] = [np.sum(gain * p + 0.5 * weight * p**2) for p in (alone, shared)]
+    assert cost[Work][0] == pytest.approx(cost[Work][1])
+    assert cost[Power][0] == pytest.approx(4.0 * cost[Power][1])
 
 
 def test_only_the_joints_that_are_named_cost_where_others_do_not():

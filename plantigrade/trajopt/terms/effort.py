@@ -84,6 +84,22 @@ class Work(Effort):
 
 
 @dataclass(frozen=True)
+class Power(Effort):
+    r"""Cost :math:`\int \sum w_j p_j^2 dt` of the power of muscles, done and absorbed [100 W].
+
+    Beyond the speed at which a muscle is most efficient it takes more energy for the same work
+    [Hill1938]_. A cost of work alone does not mind one joint doing all of it. Powers are rounded
+    off at :data:`~plantigrade.trajopt.problem.dynamics.WORK_RATE_ROUNDING`, as in :class:`Work`.
+    """
+
+    weight: float = 0.1
+
+    def add_to(self, b: ProblemBuilder) -> None:
+        """Weight squared work rates."""
+        b.penalise(b.family("work rate"), 2.0 * self.weights(b.names[6:]))
+
+
+@dataclass(frozen=True)
 class Acceleration(Effort):
     r"""Cost :math:`\int \sum w_j \ddot q_j^2 dt`, which keeps a spline smooth; [s³/rad²]."""
 
