@@ -48,6 +48,7 @@ MUCH_TOO_COARSE = 2.0
 """Ratio of that wrench to the allowed one from which a mesh is refined before its problem is solved
 to the end [1]: well above what may still change. Chosen."""
 MAX_REFINEMENTS = 8  # [1] maximum number of mesh refinements
+LASTING_ERRORS = 2  # [1] rounds of refinement after which neighbours are halved again. Chosen.
 MAX_STALLED_VIOLATION = 0.3  # [1] violation of a stalled solver beyond the help of smoothness
 COARSE_MESH_NODES = 250
 """Minimum number of nodes for a preceding coarse mesh [1]. Walks of 8 to 10 steps and stairs, 165
@@ -160,6 +161,8 @@ def _refined(
         finer = split(made.nodes, times, excess, neighbours=neighbours)
         if len(finer) == len(made.nodes):
             break
+        if number >= LASTING_ERRORS:  # they move on to the neighbours of what was divided
+            finer = split(made.nodes, times, excess, neighbours=True)
         if excess.max() > MAX_FEASIBLE_WRENCH / MAX_RESIDUAL_WRENCH:
             break
         problem = run.task.problem(run.body, finer)
