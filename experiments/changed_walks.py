@@ -49,13 +49,13 @@ LOADS = {"waist": (4, 8, 16), "thighs": (8, 16), "shanks": (4, 8), "feet": (4, 8
 PLACES = tuple(LOADS)  # from the top down
 SPEEDS = (0.75, 1.75)  # [m/s]
 SLOPES = (-9, 9)  # [deg]
-BENT = (15, 30)  # [deg] least flexion of the knees
-QUICK = ("waist 8 kg", "feet 8 kg", "slope 9°")
+MIN_KNEE_FLEXIONS = (15, 30)  # [deg] least flexion of the knees
+QUICK_CHANGES = ("waist 8 kg", "feet 8 kg", "slope 9°")
 JOINTS = ("hip_flexion_r", "knee_angle_r", "ankle_angle_r")
 EFFORT = (1 / 0.25, 1 / 1.2)  # [1] energy for positive and for negative work
 TRIALS = 18  # of the search for times; the cost then changes by less than 1 %
 
-WORKS = ("positive work in stride", "positive work in stance", "negative work in stance")
+WORK_SHARES = ("positive work in stride", "positive work in stance", "negative work in stance")
 
 MAX_CHANGE = 5.0  # [deg] RMS difference of leg angles that counts as the same kinematics
 SAME_SHAPE = 0.9  # [1] correlation of curves that counts as the same shape
@@ -100,7 +100,7 @@ def changes_of(part: str) -> dict[str, Change]:
     elif part == "slopes":
         found |= {f"slope {a}°": Change(slope=float(a)) for a in SLOPES}
     else:
-        for a in BENT:
+        for a in MIN_KNEE_FLEXIONS:
             words = Impairments(limit=tuple(f"knee_{side}={a}:120" for side in "rl"))
             found[f"knees bent {a}°"] = Change(words=words)
     return found
@@ -173,7 +173,7 @@ def changes(cached: CachedResults) -> dict[str, dict[str, Any]]:
         pairs = zip(segments(r["angles"]), segments(plain["angles"]), strict=True)
         found[name] = {
             "part": part,
-            **{n: r[n] for n in ("place", "mass", *WORKS)},
+            **{n: r[n] for n in ("place", "mass", *WORK_SHARES)},
             **{n: 100.0 * (r[n] / plain[n] - 1.0) for n in ("effort", "swing_moment", "stride")},
             "peaks": [100.0 * (r["peaks"][n] / plain["peaks"][n] - 1.0) for n in JOINTS],
             "stance": r["stance"] - plain["stance"],
@@ -213,15 +213,15 @@ def rows(cached: CachedResults) -> Iterator[Row]:
             yield at_least(name, "r of thigh and shank", x["shape"], SAME_SHAPE)
     if {"slope 9°", "slope -9°"} <= set(found):
         up, down = (found[f"slope {a}°"] for a in (9, -9))
-        net = [sum(x[WORKS[1]]) - sum(x[WORKS[2]]) for x in (up, down)]
+        net = [sum(x[WORK_SHARES[1]]) - sum(x[WORK_SHARES[2]]) for x in (up, down)]
         yield Row("slopes", "net work up over down; people 1.25", net[0] / -net[1])
 
 
 def _shares_of_people(name: str, part: str) -> dict[str, tuple[float, float, float]]:
     """Return the shares of hip, knee and ankle in works of people, where they are known [%]."""
     if part == "speeds":
-        return {WORKS[0]: LEVEL_SHARES}
-    return dict(zip(WORKS[1:], SLOPE_SHARES.get(name, ()), strict=False))
+        return {WORK_SHARES[0]: LEVEL_SHARES}
+    return dict(zip(WORK_SHARES[1:], SLOPE_SHARES.get(name, ()), strict=False))
 
 
 def _load_rows(found: dict[str, dict[str, Any]]) -> Iterator[Row]:
@@ -244,7 +244,7 @@ def grids(cached: CachedResults) -> Iterator[Grid]:
     for name, x in changes(cached).items():
         stride = f" ({STRIDES[name]:+.0f})" if name in STRIDES else ""
         stance = f" ({STANCES[name]:+.1f})" if name in STANCES else ""
-        works = {work: ", ".join(f"{s:.0f}" for s in shares(x[work])) for work in WORKS}
+        works = {work: ", ".join(f"{s:.0f}" for s in shares(x[work])) for work in WORK_SHARES}
         for work, theirs in _shares_of_people(name, x["part"]).items():
             works[work] += f" ({', '.join(f'{s:.0f}' for s in theirs)})"
         lines.append(
@@ -254,7 +254,7 @@ def grids(cached: CachedResults) -> Iterator[Grid]:
              f"{x['swing_moment']:+.0f} %", f"{x['angles']:.1f}°"]
         )  # fmt: skip
     header = (
-        "", "stride", "stance", "effort", *(f"{work} [%]" for work in WORKS),
+        "", "stride", "stance", "effort", *(f"{work} [%]" for work in WORK_SHARES),
         "peak extension", "hip moment in swing", "RMS of leg angles",
     )  # fmt: skip
     yield Grid("Against the plain walk; hip, knee, ankle; people in brackets", header, lines)
@@ -264,7 +264,7 @@ def cases(part: str, quick: bool) -> Cases:
     """Return the walks of a part."""
     chosen = changes_of(part)
     if quick:
-        chosen = {name: x for name, x in chosen.items() if name in (PLAIN, *QUICK)}
+        chosen = {name: x for name, x in chosen.items() if name in (PLAIN, *QUICK_CHANGES)}
     return {f"{part}/{name}": partial(measure, x) for name, x in chosen.items()}
 
 

@@ -30,8 +30,10 @@ POINTS = 51
 """Number of points of a curve over the gait cycle."""
 PRESSING_FORCE = 1.0
 """A contact point presses above this force [N]."""
-OFF_LOAD, ON_LOAD = 0.01, 0.05
-"""A foot is off the ground below the first load, on it above the second [body weights]."""
+MAX_OFF_LOAD = 0.01
+"""Load below which a foot is off the ground [body weights]."""
+MIN_ON_LOAD = 0.05
+"""Load above which a foot is on the ground [body weights]."""
 MIN_SWING = 0.1
 """Shortest time off the ground before a touchdown [s]."""
 WARM_UP = 2.0
@@ -151,7 +153,9 @@ def measure(walk: Walk, duration: float) -> Result:
     }
     one = [lowpass(time, load, cutoff=PLATE_CUTOFF)[late].max() for load in loads.values()]
     found["foot_peak"] = float(max(one))
-    found["double"] = float(np.mean((loads["r"] > ON_LOAD)[late] & (loads["l"] > ON_LOAD)[late]))
+    found["double"] = float(
+        np.mean((loads["r"] > MIN_ON_LOAD)[late] & (loads["l"] > MIN_ON_LOAD)[late])
+    )
     found |= _landings(record, force)
     decided = np.arange(len(stiffness)) / controller.rates.control
     for side in SIDES:
@@ -180,12 +184,12 @@ def _landings(record: Record, force: Float[Array, "n_frames n_sites"]) -> Result
         load = force[:, mine].sum(axis=1) / record.weight
         off, landed, begun = 0.0, [], None
         for k in range(1, len(time)):
-            if load[k] < OFF_LOAD:
+            if load[k] < MAX_OFF_LOAD:
                 off += time[k] - time[k - 1]
                 if begun is not None and off > 0.5 * MIN_SWING:
                     stance.append(time[k] - off - begun)
                     begun = None
-            elif off >= MIN_SWING and load[k] > ON_LOAD:
+            elif off >= MIN_SWING and load[k] > MIN_ON_LOAD:
                 if time[k] > WARM_UP:
                     landed.append(float(time[k]))
                     first = k - int(np.argmin(force[k::-1, mine].max(axis=1) > PRESSING_FORCE)) + 1
@@ -194,7 +198,7 @@ def _landings(record: Record, force: Float[Array, "n_frames n_sites"]) -> Result
                     onsets.append(_onsets(force[first:, mine], time[first:], regions))
                     begun = float(time[k])
                 off = 0.0
-            elif load[k] > ON_LOAD:
+            elif load[k] > MIN_ON_LOAD:
                 off = 0.0
         strikes[side] = landed
     begins = {r: [o[r] for o in onsets if r in o] for r in REGIONS}

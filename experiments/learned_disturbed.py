@@ -21,10 +21,16 @@ from plantigrade.world import Push
 
 # Rough ground -------------------------------------------------------------------------------------
 
-DURATION, QUICK_DURATION = 20.0, 5.0
-"""Duration of a walk, also in the short form [s]."""
-N_SEEDS, HEIGHTS, GOAL_HEIGHT = 20, (1, 2, 3, 5), 3
-"""Number of fields of bumps, their heights, and the height with a goal [cm]."""
+DURATION = 20.0
+"""Duration of a walk [s]."""
+QUICK_DURATION = 5.0
+"""Duration of a walk in the short form [s]."""
+N_SEEDS = 20
+"""Number of fields of bumps."""
+HEIGHTS = (1, 2, 3, 5)
+"""Heights of bumps [cm]."""
+GOAL_HEIGHT = 3
+"""Height of bumps with a goal [cm]."""
 MIN_COMPLETED = 18
 """Goal: number of completed walks of :data:`N_SEEDS`."""
 
@@ -76,7 +82,7 @@ def rough_rows(cached: CachedResults) -> Iterator[Row]:
                 yield Row(foot, f"{height} cm, duration, least", min(times), "s")
 
 
-ROUGH = Specification(
+ROUGH_WALK = Specification(
     name="rough-walk",
     title="Learned walks over rough ground",
     parts={f"{h}-cm": partial(_rough, h) for h in HEIGHTS},
@@ -95,17 +101,25 @@ ROUGH = Specification(
 
 # Pushes -------------------------------------------------------------------------------------------
 
-PUSH_TIME, PUSH_DURATION, WATCH = 2.0, 0.4, 5.0
-"""Start and duration of a push, and the time until a walk counts as withstood [s]."""
-FORCE_STEP, MAX_FORCE = 20.0, 300.0
-"""Distance of the tried forces and the greatest of them [N]."""
-ROUND = {"front": 180, "front left": 225, "left": 270, "back left": 315, "back": 0,
+PUSH_TIME = 2.0
+"""Start of a push [s]."""
+PUSH_DURATION = 0.4
+"""Duration of a push [s]."""
+WATCH_TIME = 5.0
+"""Time on the feet after which a push counts as withstood [s]."""
+FORCE_STEP = 20.0
+"""Distance of the tried forces [N]."""
+MAX_FORCE = 300.0
+"""Greatest force that is tried [N]."""
+PUSH_SIDES = {"front": 180, "front left": 225, "left": 270, "back left": 315, "back": 0,
          "back right": 45, "right": 90, "front right": 135}  # fmt: skip
 """Where a push comes from → direction of its force [deg]."""
-SIDES = {name: ROUND[name] for name in ("left", "right")}
-PHASES = (0.0, 0.25, 0.5, 0.75)
-PAPER, MEAN_GOAL = 80.0, 150.0
-"""Goals of side pushes: least and mean over the stride [N]."""
+SIDES = {name: PUSH_SIDES[name] for name in ("left", "right")}
+PUSH_PHASES = (0.0, 0.25, 0.5, 0.75)
+MIN_SIDE_PUSH = 80.0
+"""Goal of the least side push over the stride [N], that of the paper."""
+MEAN_SIDE_PUSH = 150.0
+"""Goal of the mean side push over the stride [N]."""
 
 
 def limit(walk: Walk, degrees: float) -> Result:
@@ -115,7 +129,7 @@ def limit(walk: Walk, degrees: float) -> Result:
         push = Push(
             force=force + FORCE_STEP, duration=PUSH_DURATION, direction=direction, time=PUSH_TIME
         )
-        if not endure(walk, PUSH_TIME + WATCH, (push,))["stood"]:
+        if not endure(walk, PUSH_TIME + WATCH_TIME, (push,))["stood"]:
             break
         force += FORCE_STEP
     return {"force": force}
@@ -126,7 +140,7 @@ def pushed_walks(foot: str, directions: Mapping[str, int], quick: bool) -> dict:
     return {
         f"{name}/{begin}": partial(limit, Walk(foot=foot, begin=begin), degrees)
         for name, degrees in directions.items()
-        for begin in PHASES[: 1 if quick else None]
+        for begin in PUSH_PHASES[: 1 if quick else None]
     }
 
 
@@ -144,12 +158,12 @@ def push_rows(cached: CachedResults) -> Iterator[Row]:
     for foot in available_feet():
         yield Row(foot, "learned with pushes up to", training_value(foot, "pushes_n"), "N")
     for foot in FEET:
-        sides, every = _forces(cached, foot, *SIDES), _forces(cached, foot, *ROUND)
+        sides, every = _forces(cached, foot, *SIDES), _forces(cached, foot, *PUSH_SIDES)
         if sides:
-            least, mean = (PAPER, MEAN_GOAL) if foot == FEET[0] else (None, None)
+            least, mean = (MIN_SIDE_PUSH, MEAN_SIDE_PUSH) if foot == FEET[0] else (None, None)
             yield at_least(foot, "side push, least", min(sides), least, "N")
             yield at_least(foot, "side push, mean", float(np.mean(sides)), mean, "N")
-        for name in ROUND:
+        for name in PUSH_SIDES:
             if forces := _forces(cached, foot, name):
                 yield Row(foot, f"push from {name}, least", min(forces), "N")
                 yield Row(foot, f"push from {name}, mean", float(np.mean(forces)), "N")
@@ -160,7 +174,7 @@ def push_rows(cached: CachedResults) -> Iterator[Row]:
 PUSHED = Specification(
     name="pushed-walk",
     title="Pushed learned walks",
-    parts={"sides": partial(_pushed, SIDES), "round": partial(_pushed, ROUND)},
+    parts={"sides": partial(_pushed, SIDES), "round": partial(_pushed, PUSH_SIDES)},
     default_parts=("sides",),
     rows=push_rows,
     notes=(

@@ -27,13 +27,19 @@ from experiments.specification import Specification
 from experiments.table import Grid, Row, at_least, at_most, between, equal, text_of
 from plantigrade.world import Push
 
-DURATION, QUICK_DURATION = 22.0, 6.0
-"""Duration of the measured walks, also in the short form [s]."""
-N_STARTS, START_DURATION, LONG_DURATION = 16, 20.0, 600.0
-"""Number of start phases; duration of their walks and of the long walk [s]."""
+DURATION = 22.0
+"""Duration of the measured walks [s]."""
+QUICK_DURATION = 6.0
+"""Duration of the measured walks in the short form [s]."""
+N_STARTS = 16
+"""Number of start phases."""
+START_DURATION = 20.0
+"""Duration of the walks from these [s]."""
+LONG_DURATION = 600.0
+"""Duration of the long walk [s]."""
 STANCE_POINTS = range(0, 36, 3)
 """Printed points of a load curve: those of stance."""
-TENTHS = np.linspace(0, POINTS - 1, 11).astype(int)
+TENTH_POINTS = np.linspace(0, POINTS - 1, 11).astype(int)
 """Printed points of other curves: every tenth of the cycle."""
 PERCENT = ("", *(f"{10 * i} %" for i in range(11)))
 
@@ -158,7 +164,9 @@ def gain_grids(cached: CachedResults) -> Iterator[Grid]:
     """Return the stiffness over the cycle."""
     lines = []
     for foot, joint, cycles in _stiffness(cached):
-        cells = (f"{x:.0f}" for x in (*cycles.mean(axis=0)[TENTHS], cycles.std(axis=0).mean()))
+        cells = (
+            f"{x:.0f}" for x in (*cycles.mean(axis=0)[TENTH_POINTS], cycles.std(axis=0).mean())
+        )
         lines.append([f"{foot}, {joint}", *cells])
     yield Grid("Stiffness over the cycle [N m/rad]", (*PERCENT, "SD"), lines)
 
@@ -213,7 +221,7 @@ def ankle_grids(cached: CachedResults) -> Iterator[Grid]:
     for foot, cycles, mean, sd in _moments(cached):
         curves = {"measured": mean, "measured, SD": sd} | curves
         curves |= {foot: cycles.mean(axis=0), f"{foot}, SD": cycles.std(axis=0)}
-    lines = [[name, *(text_of(y[k], 2) for k in TENTHS)] for name, y in curves.items()]
+    lines = [[name, *(text_of(y[k], 2) for k in TENTH_POINTS)] for name, y in curves.items()]
     yield Grid("Ankle moment over the cycle [N m/kg]", PERCENT, lines)
 
 

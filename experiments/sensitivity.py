@@ -5,7 +5,7 @@ and steps, shoved hard, standing and pushed there, round sharp corners, with slo
 can be, and under a barrier. Standing: undisturbed, pushed forward, sideways and off balance, on a
 moving floor, leaning with bent knees, and jumping. A setting
 matters if a change of it costs or saves time on the feet, or changes the deviation by
-:data:`MATTERS`.
+:data:`MIN_EFFECT`.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -42,11 +42,11 @@ from plantigrade.world import (
 )
 from plantigrade.world.grounds import ground_named
 
-CHANGE = 0.2
+RELATIVE_CHANGE = 0.2
 """Change of a setting, by its value."""
-MATTERS = 0.02
+MIN_EFFECT = 0.02
 """Relative change of the mean deviation from which on a setting matters."""
-STANDING = ("posture", "balance", "hybrid")
+STANDING_CONTROLLERS = ("posture", "balance", "hybrid")
 """Controllers of people who stand."""
 NOTES = (
     "",
@@ -137,7 +137,7 @@ class StandCase:
     motion: str = ""
 
 
-STANDS: Mapping[str, StandCase] = {
+STANDING_CASES: Mapping[str, StandCase] = {
     "quiet": StandCase(),
     "pushed forward": StandCase(
         disturbances=(Push(force=60.0, duration=0.2, direction=0.0, time=0.2),)
@@ -197,7 +197,7 @@ def _walk(one: Walker, case: WalkCase) -> tuple[float, float]:
 def stood(name: str, values: Mapping[str, Any], cases: Sequence[str]) -> Result:
     """Return time on the feet [s] and deviation [mm] of a battery of standing."""
     ground, found = ground_named("flat"), []
-    for case in (STANDS[each] for each in cases):
+    for case in (STANDING_CASES[each] for each in cases):
         if case.motion and name != "balance":
             continue
         human = person(feet="multi-segment" if case.motion else None)
@@ -253,9 +253,9 @@ def changed_values(value: Any) -> tuple[Any, Any] | None:
     if value == 0:
         return None
     if isinstance(value, int):
-        far = max(round(CHANGE * value), 1)
+        far = max(round(RELATIVE_CHANGE * value), 1)
         return value - far, value + far
-    return value * (1.0 - CHANGE), value * (1.0 + CHANGE)
+    return value * (1.0 - RELATIVE_CHANGE), value * (1.0 + RELATIVE_CHANGE)
 
 
 def cases(controllers: Sequence[str], data: Path | None, quick: bool) -> Cases:
@@ -265,8 +265,8 @@ def cases(controllers: Sequence[str], data: Path | None, quick: bool) -> Cases:
         kind = CONTROLLERS[name].settings if name in CONTROLLERS else None
         if kind is None:
             raise ParameterError(f"{name} has no settings; name one of {', '.join(_able())}")
-        stands = name in STANDING
-        battery = tuple(STANDS if stands else WALKS)
+        stands = name in STANDING_CONTROLLERS
+        battery = tuple(STANDING_CASES if stands else WALKS)
         battery = battery[:1] if quick else battery
         measure: Callable[..., Result] = partial(stood, name)
         if not stands:
@@ -309,7 +309,7 @@ class Effect:
     @property
     def matters(self) -> bool:
         """Whether the setting matters."""
-        return self.size >= MATTERS
+        return self.size >= MIN_EFFECT
 
 
 def effects(cached: CachedResults) -> list[Effect]:

@@ -40,10 +40,12 @@ from plantigrade.trajopt.tasks.registry import make_task
 
 PERSON = Person(height=1.74, mass=71.0, joints="43")
 SPEEDS = (0.7, 1.0, 1.3, 1.6, 1.9)  # [m/s]
-QUICK = (1.3,)  # [m/s]
+QUICK_SPEEDS = (1.3,)  # [m/s]
 HALVES = ("settling", "reporting")
-SETTLING, OTHERS = ("very_slow", "free", "very_fast"), ("slow", "fast")
-"""Classes of speed of the children in the settling half, and those in the other."""
+SETTLING_CLASSES = ("very_slow", "free", "very_fast")
+"""Classes of speed of the children in the settling half."""
+REPORTED_CLASSES = ("slow", "fast")
+"""Classes of speed of the children in the other half."""
 PEAK_MOMENTS = {
     "settling": {"ankle": (0.442, 0.908, 0.156), "knee": (0.598, -0.190, 0.147)},
     "reporting": {"ankle": (0.596, 0.729, 0.180), "knee": (0.856, -0.444, 0.175)},
@@ -68,9 +70,11 @@ SHAPES |= {"hip_adduction": None, "hip_rotation": 0.8}
 """Angle → least correlation at all speeds; without a goal if None."""
 GOAL_SPEEDS = (1.0, 1.6)  # [m/s]
 ANKLE_MOMENT = 0.12  # [1] allowed relative difference of the peak
-YIELD, YIELD_FROM = (15.0, 20.0), 0.9
-"""Greatest knee flexion at loading [deg], and speed from which it is judged [m/s]."""
-LOADING = 30.0  # [% of the cycle] until which the knee yields
+LOADING_FLEXION = (15.0, 20.0)
+"""Range of the greatest knee flexion at loading [deg]."""
+LOADING_MIN_SPEED = 0.9
+"""Speed from which it is judged [m/s]."""
+LOADING_END = 30.0  # [% of the cycle] until which the knee yields
 NOTES = (
     "",
     "Settling half: children at very slow, free and very fast speed, moments of every other of 138 "
@@ -95,7 +99,7 @@ def curve(name: str, half: str, relative: float) -> tuple[Float[Array, " n"], Fl
     if name == "hip_rotation":
         mean = np.interp(np.linspace(0, 100, 51), np.linspace(0, 100, 21), HIP_ROTATION[half])
         return mean, np.full(len(mean), HIP_ROTATION_SD)
-    classes = SETTLING if half == "settling" else OTHERS
+    classes = SETTLING_CLASSES if half == "settling" else REPORTED_CLASSES
     bands = [norms.norm(name, c) for c in classes]
     speeds = [CLASS_SPEEDS[c] for c in classes]
     if half == "settling":
@@ -165,7 +169,7 @@ def beside(result: Result, half: str) -> dict[str, tuple[float, float | None, fl
     own = float(np.ptp(angles["pelvis_rotation"]) / 2)
     found["pelvis turn ± deg"] = (own, float(np.ptp(mean) / 2), float(sd[np.abs(mean).argmax()]))
     mean, sd = curve("knee_angle", half, relative)
-    knee, early = angles["knee_angle"], np.linspace(0, 100, 51) <= LOADING
+    knee, early = angles["knee_angle"], np.linspace(0, 100, 51) <= LOADING_END
     found["knee at strike deg"] = (knee[0], mean[0], sd[0])
     k = int(mean[early].argmax())
     found["knee at loading deg"] = (float(knee[early].max()), mean[k], sd[k])
@@ -198,8 +202,10 @@ def rows(cached: CachedResults) -> Iterator[Row]:
         ankle, mean, _ = found["ankle moment N m/kg"]
         low, high = ((1.0 + sign * ANKLE_MOMENT) * float(mean or 0.0) for sign in (-1, 1))
         yield between(key, "ankle moment", ankle, low, high, "N m/kg")
-        if speed >= YIELD_FROM:
-            yield between(key, "knee at loading", found["knee at loading deg"][0], *YIELD, "deg")
+        if speed >= LOADING_MIN_SPEED:
+            yield between(
+                key, "knee at loading", found["knee at loading deg"][0], *LOADING_FLEXION, "deg"
+            )
         for name in ("arm swing", "pelvis turn ±"):
             own, mean, sd = (float(x or 0.0) for x in found[f"{name} deg"])
             yield between(key, name, own, mean - sd, mean + sd, "deg")
@@ -238,7 +244,7 @@ def _cell(own: float, mean: float | None, sd: float | None) -> str:
 
 def cases(quick: bool) -> Cases:
     """Return the walks."""
-    return {f"walks/{v:g} m/s": partial(measure, v) for v in (QUICK if quick else SPEEDS)}
+    return {f"walks/{v:g} m/s": partial(measure, v) for v in (QUICK_SPEEDS if quick else SPEEDS)}
 
 
 EXPERIMENT = Specification(

@@ -13,7 +13,7 @@ from experiments.changed_walks import (
     MAX_CHANGE,
     PLAIN,
     STRIDES,
-    WORKS,
+    WORK_SHARES,
     Change,
     cases,
     changes,
@@ -31,7 +31,7 @@ def walk(
     return {
         "place": change.place, "mass": change.mass, "effort": effort,
         "swing_moment": 10.0 + change.mass, "good": True, "cpu": 1.0, "wall": 1.0,
-        "peaks": dict.fromkeys(JOINTS, 1.0), **dict.fromkeys(WORKS, list(LEVEL_SHARES)),
+        "peaks": dict.fromkeys(JOINTS, 1.0), **dict.fromkeys(WORK_SHARES, list(LEVEL_SHARES)),
         "angles": dict.fromkeys((*JOINTS, "pelvis_tilt"), wave), "stride": 1.4, "stance": 60.0,
         **(other or {}),
     }  # fmt: skip
@@ -75,7 +75,7 @@ def test_strides_and_shares_of_people_are_goals():
     longer = 1.4 * (1.0 + STRIDES["1.75 m/s"] / 100.0)
     good = kept("speeds", **{"1.75 m/s": walk(other={"stride": longer})})
     assert all(row.met is not False for row in rows(good))
-    other = {"stride": 1.0, WORKS[0]: [10.0, 0.0, 90.0]}
+    other = {"stride": 1.0, WORK_SHARES[0]: [10.0, 0.0, 90.0]}
     bad = kept("speeds", **{"1.75 m/s": walk(other=other)})
     assert len([row for row in rows(bad) if row.met is False]) == 4
 
