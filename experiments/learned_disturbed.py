@@ -82,7 +82,7 @@ def rough_rows(cached: CachedResults) -> Iterator[Row]:
                 yield Row(foot, f"{height} cm, duration, least", min(times), "s")
 
 
-ROUGH_WALK = Specification(
+ROUGH = Specification(
     name="rough-walk",
     title="Learned walks over rough ground",
     parts={f"{h}-cm": partial(_rough, h) for h in HEIGHTS},
