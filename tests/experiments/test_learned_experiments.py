@@ -6,13 +6,13 @@ import pytest
 from experiments import learned, learned_disturbed, learned_feet
 from experiments.cached_results import CachedResults
 from experiments.learned import Walk
-from experiments.learned_disturbed import PUSHED, ROUGH_WALK
+from experiments.learned_disturbed import PUSHED, ROUGH
 from experiments.learned_level import ANKLE, GAINS, WALK
 from plantigrade.errors import FileError
 from plantigrade.learn.policy import shipped
 
 FOOT = "multi-segment"
-SPECIFICATIONS = (WALK, GAINS, ANKLE, ROUGH_WALK, PUSHED)
+SPECIFICATIONS = (WALK, GAINS, ANKLE, ROUGH, PUSHED)
 
 
 @pytest.fixture(scope="module")
