@@ -19,7 +19,7 @@ from experiments.gait_walks import PEOPLE, QUICK_PEOPLE
 from experiments.specification import Specification
 from experiments.table import ResultTable, Row, at_least, at_most
 from plantigrade.control.replay import Replay
-from plantigrade.control.replay.trials import Outcome, largest_push, replay_once
+from plantigrade.control.replay.trials import ReplayOutcome, largest_push, replay_once
 from plantigrade.record import Record
 from plantigrade.workflows.motions import synthesize
 from plantigrade.workflows.reproduce import reproduce
@@ -140,7 +140,7 @@ def recorded_outcome(path: Path) -> Result:
     return {**outcome(found), "duration": duration, "off_path_m": found.off_path}
 
 
-def outcome(found: Outcome) -> Result:
+def outcome(found: ReplayOutcome) -> Result:
     """Return survival, duration and joint error of a replay."""
     error = float(np.rad2deg(found.error))
     return {"survived": found.survived, "seconds": found.seconds, "error_deg": error}

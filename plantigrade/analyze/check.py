@@ -28,7 +28,7 @@ import mujoco
 import numpy as np
 
 from plantigrade.analyze.conditions import check_conditions
-from plantigrade.analyze.findings import FindingCollector, Series, runs
+from plantigrade.analyze.findings import FindingCollector, LocatedSeries, runs
 from plantigrade.analyze.overlap import ground_overlap, overlap
 from plantigrade.analyze.pressure import centre_of_pressure, outside_support
 from plantigrade.analyze.quantities import QUANTITIES, QUANTITY
@@ -85,7 +85,7 @@ def check(record: Record | Run, tolerances: Tolerances | None = None) -> Verdict
     for series in (
         *_geometry(record, s, tol),
         *_forces(record, s, tol),
-        Series("pressure", outside, tol.pressure, _FEET, ("", "r", "l")),
+        LocatedSeries("pressure", outside, tol.pressure, _FEET, ("", "r", "l")),
         _overlap(record, s, tol),
         *_limits(record, s, tol),
         *_consistency(record, s, tol),
@@ -119,17 +119,17 @@ def _advice(record: Record) -> str:
     return "check the body mass, the timing and position of the plates, and the fit"
 
 
-def _root(s: Sweep, tol: Tolerances, advice: str) -> Iterator[Series]:
+def _root(s: Sweep, tol: Tolerances, advice: str) -> Iterator[LocatedSeries]:
     """Yield residual force and moment at the root, where all forces are known."""
     for name, wrench in (("root_force", s.root_force), ("root_moment", s.root_moment)):
         share = 100.0 * np.linalg.norm(wrench, axis=1)[s.known] / s.weight
         most, mean = getattr(tol, f"{name}_max"), getattr(tol, f"{name}_rms")
         values = np.full(len(s.known), np.nan)
         values[s.known] = share
-        yield Series(name, values[:, None], most, advice=advice)
+        yield LocatedSeries(name, values[:, None], most, advice=advice)
         if len(share):
             rms = np.array([[np.sqrt(np.mean(share**2))]])
-            yield Series(
+            yield LocatedSeries(
                 f"{name}_rms", rms, mean, times=np.array([np.nan]), unless=(name,), advice=advice
             )
 
@@ -167,11 +167,11 @@ def _sliding(s: Sweep) -> Float[Array, "n k 3"]:
     return s.velocity - along[..., None] * s.normal
 
 
-def _geometry(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
+def _geometry(record: Record, s: Sweep, tol: Tolerances) -> Iterator[LocatedSeries]:
     """Yield slip speed, penetration of spheres and sites, and height of sites in stance."""
     names, sides = _site_names(record)
     speed = np.where(s.standing, np.linalg.norm(_sliding(s), axis=2), -np.inf)
-    yield Series("slip_speed", speed, tol.slip_speed, names, sides)
+    yield LocatedSeries("slip_speed", speed, tol.slip_speed, names, sides)
     # Next to a support the body may be behind its surface; the ground is everywhere.
     boards = {seat.site for seat in record.ground.seats}
     grounded = np.array([name not in boards for name in names], bool)
@@ -179,7 +179,7 @@ def _geometry(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     gap = np.where(supported & s.spread, s.gap, np.inf)
     distance = np.linalg.norm(s.point[:, :, None] - s.spheres[:, None], axis=3).max(axis=0)
     separate = np.flatnonzero((distance >= _SAME_POINT).all(axis=0))  # the others are sites
-    yield Series(
+    yield LocatedSeries(
         "penetration",
         -1000.0 * np.hstack([gap, s.clearance[:, separate]]),
         tol.penetration,
@@ -187,7 +187,7 @@ def _geometry(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
         (*sides, *(s.sphere_sides[j] for j in separate)),
     )
     hover = np.where(s.standing, 1000.0 * s.gap, -np.inf)
-    yield Series("hover", hover, tol.hover, names, sides)
+    yield LocatedSeries("hover", hover, tol.hover, names, sides)
 
 
 def _facing(record: Record, s: Sweep) -> Bool[Array, "n k"]:
@@ -202,7 +202,7 @@ def _facing(record: Record, s: Sweep) -> Bool[Array, "n k"]:
     return near
 
 
-def _forces(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
+def _forces(record: Record, s: Sweep, tol: Tolerances) -> Iterator[LocatedSeries]:
     """Yield friction, adhesion, force without contact, and excessive force."""
     names, sides = _site_names(record)
     ground = np.array([site.part != PUSH_PART for site in record.sites], bool)
@@ -216,16 +216,16 @@ def _forces(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     # as on the ground: that of a support with friction of its own, relative to it
     share = ratio * (mu / np.maximum(each, _LEAST_FRICTION))
     actual = (ratio, np.broadcast_to(each, ratio.shape), "") if own else None
-    yield Series("friction", share, mu + tol.friction, names, sides, shown=mu, actual=actual)
-    yield Series("adhesion", -100.0 * pushed / s.weight, tol.adhesion, names, sides)
+    yield LocatedSeries("friction", share, mu + tol.friction, names, sides, shown=mu, actual=actual)
+    yield LocatedSeries("adhesion", -100.0 * pushed / s.weight, tol.adhesion, names, sides)
     size = 100.0 * np.linalg.norm(s.force, axis=2) / s.weight
     unsupported = np.where(s.standing | ~s.spread, -np.inf, size)
-    yield Series("unsupported", unsupported, tol.unsupported, names, sides)
+    yield LocatedSeries("unsupported", unsupported, tol.unsupported, names, sides)
     limit = np.inf if most is None else most * (1.0 + 0.01 * tol.force)
-    yield Series("force", pushed, limit, names, sides, shown=most)
+    yield LocatedSeries("force", pushed, limit, names, sides, shown=most)
 
 
-def _overlap(record: Record, s: Sweep, tol: Tolerances) -> Series:
+def _overlap(record: Record, s: Sweep, tol: Tolerances) -> LocatedSeries:
     """Return the overlap of body parts and, if the record has a limit, with the ground."""
     parts, most = [overlap(record.human, s.position, s.rotation)], record.limits.overlap
     if most is not None and GroundPath.of(record) is None:
@@ -234,10 +234,10 @@ def _overlap(record: Record, s: Sweep, tol: Tolerances) -> Series:
     shown = limit if most is None else 1000.0 * most
     names = tuple(name.replace("_", " ") for part in parts for name in part.names)
     depth = 1000.0 * np.hstack([part.depth for part in parts])
-    return Series("overlap", depth, limit, names, shown=shown, worst_only=True)
+    return LocatedSeries("overlap", depth, limit, names, shown=shown, worst_only=True)
 
 
-def _limits(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
+def _limits(record: Record, s: Sweep, tol: Tolerances) -> Iterator[LocatedSeries]:
     """Yield excess over joint, velocity and torque limits."""
     motion, model, limits = record.motion, record.human.model, record.limits
     names = record.human.coordinates
@@ -247,12 +247,12 @@ def _limits(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     q, v, tau = motion.qpos[:, 7:], motion.qvel[:, 6:], s.tau[:, 6:] - record.device_torque[:, 6:]
     low, high = _bounds(limits.coordinate, model.jnt_range[1:], model.jnt_limited[1:])
     beyond = np.rad2deg(np.maximum(q - high, low - q))
-    yield Series("coordinate", beyond, tol.coordinate, names, sides)
+    yield LocatedSeries("coordinate", beyond, tol.coordinate, names, sides)
     if limits.velocity is not None:
         most = np.broadcast_to(np.asarray(limits.velocity, float), v.shape)
         use, actual = 100.0 * np.abs(v) / most, (np.abs(v), most, "rad/s")
         allowed = 100.0 + tol.velocity
-        yield Series("velocity", use, allowed, names, sides, shown=100.0, actual=actual)
+        yield LocatedSeries("velocity", use, allowed, names, sides, shown=100.0, actual=actual)
     low, high = _bounds(limits.torque, model.jnt_actfrcrange[1:], model.jnt_actfrclimited[1:])
     bound = np.broadcast_to(np.where(tau > 0, high, low), tau.shape)
     scale = np.maximum(np.abs(low), np.abs(high))
@@ -263,10 +263,10 @@ def _limits(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     use = np.where(np.isfinite(bound) & (tau != 0.0) & s.known[:, None], use, 0.0)
     actual = (np.abs(tau), np.abs(bound), "N m")
     allowed = 100.0 + tol.torque
-    yield Series("torque", 100.0 * use, allowed, names, sides, shown=100.0, actual=actual)
+    yield LocatedSeries("torque", 100.0 * use, allowed, names, sides, shown=100.0, actual=actual)
 
 
-def _consistency(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
+def _consistency(record: Record, s: Sweep, tol: Tolerances) -> Iterator[LocatedSeries]:
     """Yield inconsistencies of positions, velocities, accelerations, momentum and energy."""
     motion, model = record.motion, record.human.model
     n, nv = motion.qvel.shape
@@ -283,7 +283,7 @@ def _consistency(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
     scale = np.maximum(np.abs(v).max(axis=0), np.r_[np.full(3, 0.5), np.ones(nv - 3)])
     off = np.abs(rate - 0.5 * (v[1:] + v[:-1]) + h / 12.0 * (a[1:] - a[:-1]))
     use, most = 100.0 * off / scale, tol.velocity_mismatch
-    yield Series("velocity_mismatch", use, most, names, sides, middle, worst_only=True)
+    yield LocatedSeries("velocity_mismatch", use, most, names, sides, middle, worst_only=True)
     if n > 2:
         h0, h1 = h[:-1], h[1:]
         second = 2.0 * (rate[1:] - rate[:-1]) / (h0 + h1)
@@ -291,7 +291,9 @@ def _consistency(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
         scale = np.maximum(np.abs(a).max(axis=0), np.r_[np.full(3, 3.0), np.full(nv - 3, 10.0)])
         use, most = 100.0 * np.abs(second - mean) / scale, tol.acceleration_mismatch
         times = motion.time[1:-1]
-        yield Series("acceleration_mismatch", use, most, names, sides, times, worst_only=True)
+        yield LocatedSeries(
+            "acceleration_mismatch", use, most, names, sides, times, worst_only=True
+        )
     # The same faults for the whole body: checked twice, but reported once.
     mismatch = ("velocity_mismatch", "acceleration_mismatch")
     root = ("root_force", "root_force_rms", "root_moment", "root_moment_rms")
@@ -303,11 +305,11 @@ def _consistency(record: Record, s: Sweep, tol: Tolerances) -> Iterator[Series]:
         np.linalg.norm(off[:, :3], axis=1), np.linalg.norm(off[:, 3:], axis=1)
     )
     share = np.where(s.known[1:] & s.known[:-1], share, np.nan)[:, None] / s.weight
-    yield Series("momentum", share, tol.momentum, times=middle, unless=(*mismatch, *root))
+    yield LocatedSeries("momentum", share, tol.momentum, times=middle, unless=(*mismatch, *root))
     work = np.diff(s.energy) / h[:, 0] - 0.5 * (s.power[1:] + s.power[:-1])
     most = max(float(np.abs(s.power).max()), s.weight)
     share = 100.0 * np.abs(work)[:, None] / most
-    yield Series("energy", share, tol.energy, times=middle, unless=mismatch)
+    yield LocatedSeries("energy", share, tol.energy, times=middle, unless=mismatch)
 
 
 def _site_names(record: Record) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.analyze.norms import unit_of
-from plantigrade.analyze.pooled_gait import Gait
+from plantigrade.analyze.pooled_gait import ComparedGait
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.motion.cycles import PERCENT
 from plantigrade.side_names import without_side
@@ -153,7 +153,7 @@ class FigureDifference:
 
 
 def figure_differences(
-    first: Gait, second: Gait, names: Sequence[str]
+    first: ComparedGait, second: ComparedGait, names: Sequence[str]
 ) -> tuple[FigureDifference, ...]:
     """Return range, peak and time of the peak of every curve in both gaits, with a test."""
     found = []
@@ -184,7 +184,7 @@ def figure_differences(
     return tuple(found)
 
 
-def _whole(gait: Gait, name: str) -> tuple[Array, Array]:
+def _whole(gait: ComparedGait, name: str) -> tuple[Array, Array]:
     """Return the complete cycles of a curve, and the trial of each."""
     rows = gait.curves[name]
     whole = np.isfinite(rows).all(axis=1)

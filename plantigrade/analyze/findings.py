@@ -14,7 +14,7 @@ _MERGE_GAP = 0.1  # [s] gap below which two violations are one finding
 
 
 @dataclass(frozen=True, eq=False)
-class Series:
+class LocatedSeries:
     """One quantity over time and locations."""
 
     quantity: str  #: Name of the quantity
@@ -43,7 +43,7 @@ class FindingCollector:
     measures: dict[str, Measure] = field(default_factory=dict)  #: The worst value of each quantity
     findings: list[Finding] = field(default_factory=list)  #: Faults
 
-    def add(self, series: Series) -> None:
+    def add(self, series: LocatedSeries) -> None:
         """Add the measure of a quantity, and a finding for every violation of its limit."""
         t = self.time if series.times is None else series.times
         values = np.where(np.isfinite(series.values), series.values, -np.inf)
@@ -125,7 +125,7 @@ def _key(name: str, side: str) -> str:
     return side or name
 
 
-def _groups(series: Series, names: Sequence[str], sides: Sequence[str]) -> list[np.ndarray]:
+def _groups(series: LocatedSeries, names: Sequence[str], sides: Sequence[str]) -> list[np.ndarray]:
     """Return the columns that are reported together."""
     if series.worst_only:
         return [np.arange(len(names))]

@@ -30,7 +30,7 @@ Affected = Literal["right", "left"]
 
 
 @dataclass(frozen=True)
-class Gait:
+class ComparedGait:
     """One of the compared gaits: of one run, or pooled over trials of one person."""
 
     name: str  #: Name of the gait
@@ -49,7 +49,7 @@ class Gait:
         return float(np.mean(known)) if known else None
 
 
-def gait_of(run: Run, name: str) -> Gait:
+def gait_of(run: Run, name: str) -> ComparedGait:
     """Return the gait of a run."""
     curves, loaded = gait_curves(run.record), gait_curves(run.with_forces)
     if not curves.cycles:
@@ -65,7 +65,7 @@ def gait_of(run: Run, name: str) -> Gait:
         n: v for n, v in known.items() if n[:-2] in ANGLES or np.nanmax(v) - np.nanmin(v) > 1e-6
     }
     offs = {side: run.figures.get(f"stance_{side}_pct") for side in SIDES}
-    return Gait(
+    return ComparedGait(
         name,
         known,
         {side: float(value) for side, value in offs.items() if isinstance(value, float)},
@@ -75,7 +75,7 @@ def gait_of(run: Run, name: str) -> Gait:
     )
 
 
-def pooled(gaits: Sequence[Gait], name: str) -> Gait:
+def pooled(gaits: Sequence[ComparedGait], name: str) -> ComparedGait:
     """Return trials of one person as one gait, with the cycles of all of them.
 
     Curves that a trial lacks are those of the other trials.
@@ -92,7 +92,7 @@ def pooled(gaits: Sequence[Gait], name: str) -> Gait:
     names = dict.fromkeys(n for gait in gaits for n in gait.curves)
     rows = {n: [(k, g.curves[n]) for k, g in enumerate(gaits) if n in g.curves] for n in names}
     offs = {s: [g.foot_off[s] for g in gaits if s in g.foot_off] for s in SIDES}
-    return Gait(
+    return ComparedGait(
         name,
         {n: np.concatenate([values for _, values in each]) for n, each in rows.items()},
         {side: float(np.mean(values)) for side, values in offs.items() if values},
@@ -102,7 +102,9 @@ def pooled(gaits: Sequence[Gait], name: str) -> Gait:
     )
 
 
-def sides_of(gait: Gait, affected: Affected | None = None) -> tuple[Gait, Gait]:
+def sides_of(
+    gait: ComparedGait, affected: Affected | None = None
+) -> tuple[ComparedGait, ComparedGait]:
     """Return the sides of a gait, as two gaits whose curves have no side.
 
     Args:

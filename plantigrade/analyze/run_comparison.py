@@ -14,7 +14,14 @@ from plantigrade.analyze.curve_difference import (
     figure_differences,
 )
 from plantigrade.analyze.norms import unit_of
-from plantigrade.analyze.pooled_gait import CURVES, Affected, Gait, gait_of, pooled, sides_of
+from plantigrade.analyze.pooled_gait import (
+    CURVES,
+    Affected,
+    ComparedGait,
+    gait_of,
+    pooled,
+    sides_of,
+)
 from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import PERCENT
@@ -41,7 +48,7 @@ class RunComparison:
     """Comparison of gaits, each later one with the first."""
 
     #: The gaits, in order; if the sides of one are compared, the affected one is second
-    gaits: tuple[Gait, ...]
+    gaits: tuple[ComparedGait, ...]
     affected: Affected | None = None  #: The affected side, if one was named
     omitted: tuple[str, ...] = ()  #: Names of trials without a complete gait cycle
 

@@ -134,7 +134,7 @@ def _once(operations: list, first: list, second: list) -> tuple[list, list]:
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class ProgramTable:
     """A program in the format of the machine."""
 
     # number of lines; then for each the operation, the place of its result and three places of
@@ -145,7 +145,7 @@ class Table:
     places: tuple[np.ndarray, ...]  # places of the nonzeros of every output; int64
 
 
-def tabulated(program: Program, n_constants: int) -> Table:
+def tabulated(program: Program, n_constants: int) -> ProgramTable:
     """Return the table of a program with so many constants.
 
     A place is free again after the last use of what it holds; the one freed last is used first,
@@ -185,7 +185,7 @@ def tabulated(program: Program, n_constants: int) -> Table:
     n_places = _placed(lines, ends.sum(axis=1), taken[ends], place, int(starts[-1]) + n_constants)
     rows = np.column_stack([operations[lines], place[lines], np.where(here, place[taken], 0)])
     parts = np.split(place[program.outputs], np.cumsum(program.nonzeros)[:-1])
-    return Table(
+    return ProgramTable(
         np.concatenate([[len(lines)], rows.ravel()]).astype(np.int32),
         n_places,
         program.sizes,
@@ -245,7 +245,7 @@ class StoredTable:
 
     signature: Signature  #: Inputs and outputs
     constants: Array  #: Constants of the table, parameters excluded
-    table: Table  #: The operations
+    table: ProgramTable  #: The operations
 
     def to_bytes(self) -> bytes:
         """Return it as an npz archive."""
@@ -276,4 +276,4 @@ class StoredTable:
             places = tuple(x[f"places{i}"] for i in range(n_outputs))
             names, sizes = (tuple(x[each].tolist()) for each in ("names", "sizes"))
             signature = Signature(str(x["name"]), names, sizes, patterns)
-            return cls(signature, x["constants"], Table(x["lines"], n_places, sizes, places))
+            return cls(signature, x["constants"], ProgramTable(x["lines"], n_places, sizes, places))

@@ -16,7 +16,7 @@ import numpy as np
 
 from plantigrade.batched import code_cache, llvm
 from plantigrade.batched.kernel import kernel
-from plantigrade.batched.tables import LIBRARY_NAMES, Table
+from plantigrade.batched.tables import LIBRARY_NAMES, ProgramTable
 
 LANES = (16, 32, 64)  # nodes at a time: the smallest that suffices, else the largest
 VERSION = 2  # of the machine; raise it whenever the kernel changes
@@ -28,7 +28,7 @@ class Machine:
     Every thread that calls it works in memory of its own.
     """
 
-    def __init__(self, table: Table, constants: np.ndarray):
+    def __init__(self, table: ProgramTable, constants: np.ndarray):
         self._table, self._constants = table, constants
         self._library = np.array(llvm.addresses(LIBRARY_NAMES), dtype=np.uint64)
         self._starts = np.cumsum([0, *table.sizes]).tolist()

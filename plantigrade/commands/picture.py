@@ -107,11 +107,11 @@ class Command(PrintOptions, Bounded):
     def _moving(self, run: "Run") -> tuple[str, dict[str, Any]]:
         from plantigrade.pages.animation import moving_picture
         from plantigrade.pages.run_pages import title_of_run
-        from plantigrade.pages.section import Subject
+        from plantigrade.pages.section import ReportedRun
 
         picture = moving_picture(
             run.record,
-            forces=Subject(run).forces,
+            forces=ReportedRun(run).forces,
             view=self.view,
             foot=self.foot,
             start=self.start,
@@ -128,10 +128,10 @@ class Command(PrintOptions, Bounded):
 
     def _still(self, run: "Run") -> tuple[str, dict[str, Any]]:
         from plantigrade.pages.run_pages import STRIP_PICTURES, strip_of
-        from plantigrade.pages.section import Subject
+        from plantigrade.pages.section import ReportedRun
 
         svg = strip_of(
-            Subject(run),
+            ReportedRun(run),
             height_px=self.height_px,
             solids=self.solids,
             x_ray=self.x_ray,

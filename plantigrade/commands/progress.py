@@ -152,7 +152,7 @@ class Progress:
         self.say(f"{name}: {decimal(n_bytes)}, {decimal(int(rate))}/s")
 
 
-class Watch:
+class SolverProgress:
     """Says what the solver does, and stops it when asked from the keyboard."""
 
     def __init__(self, progress: Progress):

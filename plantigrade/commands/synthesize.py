@@ -15,7 +15,7 @@ from plantigrade.commands.batch_options import BatchOptions, batch_folder, batch
 from plantigrade.commands.live_options import LiveOptions, written_live
 from plantigrade.commands.options import PageOptions, command_line
 from plantigrade.commands.outcome import Outcome
-from plantigrade.commands.progress import Progress, Watch
+from plantigrade.commands.progress import Progress, SolverProgress
 from plantigrade.errors import ParameterError, known_names
 from plantigrade.options import Flag, optional, refuse_unknown
 from plantigrade.trajopt.tasks.settings import TASKS, TaskSettings
@@ -103,7 +103,7 @@ class Command(PageOptions, BatchOptions):
 
         progress = Progress(quiet=self.quiet)
         self.refuse_existing(f"synthesize-{self.name}")
-        watch = Watch(progress)
+        watch = SolverProgress(progress)
         with watch.listening():
             run = run_synthesis(
                 self.task,

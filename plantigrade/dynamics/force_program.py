@@ -16,7 +16,7 @@ from plantigrade.dynamics.force_bands import (
     errors_without_gait,
     spread_of,
 )
-from plantigrade.dynamics.force_rows import N_GLOBAL, Layout, PathPrior, limits, objective
+from plantigrade.dynamics.force_rows import N_GLOBAL, ForceLayout, PathPrior, limits, objective
 from plantigrade.dynamics.loading import Support, completed, usual_length
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.quadratic import solve_quadratic
@@ -153,7 +153,7 @@ class ForceProgram:
             contact[now, :2] = np.where(self.known[now, :2], carried, contact[now, :2])
         contact[:beyond] &= contact[beyond]
         contact[beyond + n :] &= contact[beyond + n - 1]
-        self.layout = Layout.of(contact)
+        self.layout = ForceLayout.of(contact)
         rows = objective(wide, self.layout, path, effort=scales.effort < np.inf)
         A, b = rows.system()
         self.blocks, self.place = rows.blocks, rows.place

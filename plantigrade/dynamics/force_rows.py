@@ -17,7 +17,7 @@ N_GLOBAL = 7  # [1] unknowns of the whole recording
 N_HIP_JOINTS = 3  # [1] flexion, adduction and rotation of the hip, first among the leg joints
 
 
-class Rows:
+class SparseRows:
     """Blocks of rows ``A x ~ b`` of a sparse system, collected block by block.
 
     Args:
@@ -64,7 +64,7 @@ class Rows:
 
 
 @dataclass(frozen=True)
-class Layout:
+class ForceLayout:
     """Order of the unknowns.
 
     Each frame, plus one before and one after, has six unknowns of the motion's noise, then six per
@@ -77,7 +77,7 @@ class Layout:
     size: int  #: Number of unknowns
 
     @classmethod
-    def of(cls, contact: Bool[Array, "n k"]) -> "Layout":
+    def of(cls, contact: Bool[Array, "n k"]) -> "ForceLayout":
         """Return the layout for the frames in which each foot is in contact."""
         sizes = np.concatenate([[6], 6 + 6 * contact.sum(axis=1), [6]])
         noise = np.cumsum(sizes) - sizes
@@ -117,7 +117,9 @@ class PathPrior:
     share: Float[Array, "n 2"]
 
 
-def objective(needs: RequiredForces, layout: Layout, path: PathPrior, *, effort: bool) -> Rows:
+def objective(
+    needs: RequiredForces, layout: ForceLayout, path: PathPrior, *, effort: bool
+) -> SparseRows:
     """Return the rows of the objective; their names select their scales.
 
     Args:
@@ -125,7 +127,7 @@ def objective(needs: RequiredForces, layout: Layout, path: PathPrior, *, effort:
         effort: Whether to minimise joint moments relative to strength while two supports share the
             load.
     """
-    rows = Rows(layout.size)
+    rows = SparseRows(layout.size)
     dt = needs.time[1] - needs.time[0]
     _net_wrench(rows, needs, layout, dt)
     shift = layout.shift
@@ -172,7 +174,7 @@ def objective(needs: RequiredForces, layout: Layout, path: PathPrior, *, effort:
     return rows
 
 
-def _net_wrench(rows: Rows, needs: RequiredForces, layout: Layout, dt: float) -> None:
+def _net_wrench(rows: SparseRows, needs: RequiredForces, layout: ForceLayout, dt: float) -> None:
     n = len(needs.time)
     ones = np.ones(needs.base.shape[:2])
     trio = np.stack([layout.noise[:-2], layout.noise[1:-1], layout.noise[2:]], axis=1)
@@ -198,7 +200,7 @@ def _net_wrench(rows: Rows, needs: RequiredForces, layout: Layout, dt: float) ->
         rows.add(f"noise{i}", np.zeros(n + 2), (layout.noise[:, None] + i, np.ones((n + 2, 1))))
 
 
-def _path(rows: Rows, needs: RequiredForces, layout: Layout, path: PathPrior) -> None:
+def _path(rows: SparseRows, needs: RequiredForces, layout: ForceLayout, path: PathPrior) -> None:
     """Add free moments and the path of the centre of pressure."""
     here = layout.start >= 0
     c = [layout.columns(i)[here][:, None] for i in range(6)]
@@ -232,7 +234,7 @@ def _path(rows: Rows, needs: RequiredForces, layout: Layout, path: PathPrior) ->
         )
 
 
-def _side(rows: Rows, needs: RequiredForces, layout: Layout, path: PathPrior) -> None:
+def _side(rows: SparseRows, needs: RequiredForces, layout: ForceLayout, path: PathPrior) -> None:
     """Add lateral forces: those of straight walking plus the mean over a stride for turns.
 
     The distribution of the latter over the feet is unknown and reduces the row's weight.
@@ -254,7 +256,7 @@ def _side(rows: Rows, needs: RequiredForces, layout: Layout, path: PathPrior) ->
     rows.add("side", mean[here] / width, (c[0], x), (c[1], y), place=place)
 
 
-def _share(rows: Rows, layout: Layout, path: PathPrior) -> None:
+def _share(rows: SparseRows, layout: ForceLayout, path: PathPrior) -> None:
     """Add the deviation of the load of each foot from its mean share in double support."""
     some = np.isfinite(path.share).all(axis=1) & (layout.start[:, :2] >= 0).all(axis=1)
     if not some.any():
@@ -268,7 +270,7 @@ def _share(rows: Rows, layout: Layout, path: PathPrior) -> None:
     )
 
 
-def _usual_load(needs: RequiredForces, layout: Layout) -> np.ndarray:
+def _usual_load(needs: RequiredForces, layout: ForceLayout) -> np.ndarray:
     """Return the load of each support for equal shares of those in contact (n, k) [BW]."""
     contact = layout.start >= 0
     return contact * np.maximum(needs.force[:, 2:], 0.0) / np.maximum(contact.sum(1), 1)[:, None]
@@ -276,12 +278,12 @@ def _usual_load(needs: RequiredForces, layout: Layout) -> np.ndarray:
 
 def limits(
     needs: RequiredForces,
-    layout: Layout,
+    layout: ForceLayout,
     free: Bool[Array, "n k"],
     ramp: Float[Array, "n k"],
     friction: float,
     twist: float,
-) -> Rows:
+) -> SparseRows:
     """Return the inequalities ``G x <= h`` of the feet and frames that are free.
 
     Args:
@@ -291,7 +293,7 @@ def limits(
         friction: Coefficient of friction along each axis.
         twist: Maximum free moment per vertical force [m].
     """
-    rows = Rows(layout.size)
+    rows = SparseRows(layout.size)
     c = [layout.columns(i)[free][:, None] for i in range(6)]
     one = np.ones((int(free.sum()), 1))
     zero = np.zeros(len(one))

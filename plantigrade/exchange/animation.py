@@ -11,7 +11,7 @@ from plantigrade.charts import theme
 from plantigrade.constants import SIDES
 from plantigrade.exchange.bones import Bone, bone_poses, bones_of
 from plantigrade.exchange.clock import require_rate
-from plantigrade.exchange.gltf import Y_UP, Document, Surface, normals_of, surface, together
+from plantigrade.exchange.gltf import Y_UP, Document, GltfSurface, normals_of, surface, together
 from plantigrade.io.writing import write_bytes
 from plantigrade.models import Human
 from plantigrade.pages.run_pages import title_of_run
@@ -127,7 +127,7 @@ def _poses(
 
 def _dress(
     document: Document, human: Human, bones: Sequence[Bone], nodes: Sequence[int], scene: Scene
-) -> tuple[list[tuple[Surface, int]], list[int], Float[Array, "n_joints 4 4"]]:
+) -> tuple[list[tuple[GltfSurface, int]], list[int], Float[Array, "n_joints 4 4"]]:
     """Return the skin's surfaces, the joints that move it, and their inverse resting poses.
 
     A bone of the skin that keeps its place on a bone of the skeleton is moved by that one; the
@@ -179,12 +179,12 @@ def _carrier(human: Human, body: int, name: str, bones: Sequence[Bone]) -> int:
 
 def _body_surfaces(
     document: Document, human: Human, bones: Sequence[Bone], scene: Scene
-) -> list[tuple[Surface, int]]:
+) -> list[tuple[GltfSurface, int]]:
     """Return the solids of the body in the zero pose, one surface per colour."""
     first = {}
     for k, bone in enumerate(bones):
         first.setdefault(bone.body, k)
-    by_colour: dict[tuple[float, float, float], list[Surface]] = {}
+    by_colour: dict[tuple[float, float, float], list[GltfSurface]] = {}
     for shape in scene.shapes:
         if not 0 < shape.body < human.model.nbody:
             continue
@@ -195,7 +195,7 @@ def _body_surfaces(
         moved = np.zeros((count, 4), dtype=int)
         moved[:, 0] = k
         weights = np.tile([255, 0, 0, 0], (count, 1))
-        placed = Surface(solid.vertices + here, solid.normals, solid.faces, moved, weights)
+        placed = GltfSurface(solid.vertices + here, solid.normals, solid.faces, moved, weights)
         by_colour.setdefault(shape.paint, []).append(placed)
     return [
         (together(solids), document.material(f"body_{k}", colour))
@@ -237,14 +237,14 @@ def _add_surroundings(document: Document, scene: Scene, bodies: int) -> list[int
     return nodes
 
 
-def _floor(scene: Scene) -> Surface:
+def _floor(scene: Scene) -> GltfSurface:
     """Return a rectangle of ground under all of the way."""
     along = scene.com @ scene.ground.to_world  # in the axes of the ground
     low, high = along[:, :2].min(axis=0) - FLOOR_MARGIN, along[:, :2].max(axis=0) + FLOOR_MARGIN
     corners = [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]
     flat = np.column_stack([corners, np.full(4, scene.ground.height)])
     normals = np.tile(scene.ground.normal, (4, 1))
-    return Surface(flat @ scene.ground.to_world.T, normals, np.array([[0, 1, 2], [0, 2, 3]]))
+    return GltfSurface(flat @ scene.ground.to_world.T, normals, np.array([[0, 1, 2], [0, 2, 3]]))
 
 
 def _add_arrows(document: Document, scene: Scene) -> list[int]:
@@ -273,7 +273,7 @@ def _add_arrows(document: Document, scene: Scene) -> list[int]:
     return nodes
 
 
-def _arrow() -> Surface:
+def _arrow() -> GltfSurface:
     """Return an arrow along z of length 1, from the origin."""
     shaft, head, straight = 0.03, 0.07, np.array([1.0, 0.0, 0.0, 0.0])
     size = np.array([shaft, 0.4, 0.0])
@@ -297,7 +297,7 @@ def _pointing(direction: Float[Array, "n 3"]) -> Float[Array, "n 4"]:
     return _continuous(np.column_stack([across, half[:, 2]]))
 
 
-def surface_of(shape: Shape) -> Surface:
+def surface_of(shape: Shape) -> GltfSurface:
     """Return the surface of a shape in the frame of its body."""
     vertices, faces = mesh_of(shape, around=N_SIDES)
     vertices = vertices @ rotation_matrix(shape.quat).T + shape.position
@@ -315,7 +315,7 @@ def _continuous(quats: Float[Array, "n 4"]) -> Float[Array, "n 4"]:
     return quats / np.linalg.norm(quats, axis=1, keepdims=True)
 
 
-def dressed_surfaces(skin: Skin) -> dict[str, Surface]:
+def dressed_surfaces(skin: Skin) -> dict[str, GltfSurface]:
     """Return the surfaces of a skin in its resting pose, by material of :data:`COLOURS`.
 
     The bones are those of the skin, by index.
@@ -330,5 +330,5 @@ def dressed_surfaces(skin: Skin) -> dict[str, Surface]:
             continue
         used, corners = np.unique(faces, return_inverse=True)
         parts = (mesh.vertices[used], normals[used], corners.reshape(-1, 3))
-        found[material] = Surface(*parts, bones[used], weights[used])
+        found[material] = GltfSurface(*parts, bones[used], weights[used])
     return found

@@ -86,7 +86,7 @@ class Document:
         self.materials.append({"name": name, "pbrMetallicRoughness": surface})
         return len(self.materials) - 1
 
-    def mesh(self, name: str, surfaces: "Sequence[tuple[Surface, int]]") -> int:
+    def mesh(self, name: str, surfaces: "Sequence[tuple[GltfSurface, int]]") -> int:
         """Add a mesh of surfaces with their materials and return its index."""
         primitives = []
         for surface, material in surfaces:
@@ -153,7 +153,7 @@ class Document:
 
 
 @dataclass(frozen=True)
-class Surface:
+class GltfSurface:
     """Triangles with normals, and the bones that move them."""
 
     vertices: Float[Array, "n_vertices 3"]  #: Places [m]
@@ -166,7 +166,7 @@ class Surface:
 
 def surface(
     vertices: Float[Array, "n_vertices 3"], faces: Int[Array, "n_faces 3"], *, flat: bool = False
-) -> Surface:
+) -> GltfSurface:
     """Return a closed surface with its normals; ``flat`` keeps its edges sharp.
 
     Faces of a surface that lists them from inside are turned.
@@ -176,7 +176,7 @@ def surface(
         faces = faces[:, ::-1]
     if flat:
         vertices, faces = vertices[faces.ravel()], np.arange(faces.size).reshape(-1, 3)
-    return Surface(vertices, normals_of(vertices, faces), faces)
+    return GltfSurface(vertices, normals_of(vertices, faces), faces)
 
 
 def normals_of(
@@ -193,7 +193,7 @@ def normals_of(
     return np.where(length > 1e-12, found / np.maximum(length, 1e-12), up)
 
 
-def together(surfaces: Sequence[Surface]) -> Surface:
+def together(surfaces: Sequence[GltfSurface]) -> GltfSurface:
     """Return several surfaces as one."""
     starts = np.cumsum([0, *(len(s.vertices) for s in surfaces[:-1])])
     faces = np.concatenate([s.faces + k for s, k in zip(surfaces, starts, strict=True)])
@@ -202,7 +202,9 @@ def together(surfaces: Sequence[Surface]) -> Surface:
         parts = [getattr(s, name) for s in surfaces]
         return None if parts[0] is None else np.concatenate(parts)
 
-    return Surface(joined("vertices"), joined("normals"), faces, joined("bones"), joined("weights"))
+    return GltfSurface(
+        joined("vertices"), joined("normals"), faces, joined("bones"), joined("weights")
+    )
 
 
 def _linear(part: float) -> float:

@@ -35,7 +35,7 @@ MAX_FREE_SHARE = 0.35
 
 
 @dataclass(frozen=True)
-class Reference:
+class MomentReference:
     """Reference point of the torques of a file.
 
     Attributes:
@@ -71,7 +71,7 @@ def reference(
     up: int,
     *,
     fixed: bool = True,
-) -> Reference | None:
+) -> MomentReference | None:
     """Return the fixed reference point of torques; None if it is ``p``.
 
     Args:
@@ -96,7 +96,7 @@ def reference(
             return None
         for sign in (1.0, -1.0):
             if _rms(vertical - sign * moment[:, up]) < MAX_FREE_SHARE * _rms(vertical):
-                return Reference(sign, np.zeros(3), np.eye(3)[up])
+                return MomentReference(sign, np.zeros(3), np.eye(3)[up])
         return None
     if arm < MIN_LEVER_ARM and not fixed:
         return None
@@ -105,7 +105,7 @@ def reference(
             arm >= MIN_LEVER_ARM
             and _rms(t[:, level] - sign * moment[:, level]) < MAX_MISFIT * weight
         ):
-            return Reference(sign, np.zeros(3))
+            return MomentReference(sign, np.zeros(3))
     travel = _rms((p - p.mean(axis=0))[:, level])
     if not fixed or travel < MIN_PRESSURE_TRAVEL:
         return None
@@ -119,7 +119,7 @@ def reference(
             left < min(MAX_MISFIT, 0.3 * travel) * weight
             and _rms(p[:, level] - at[level]) > MAX_MISFIT
         ):
-            return Reference(sign, at)
+            return MomentReference(sign, at)
     return None
 
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.errors import ParameterError
-from plantigrade.io.moment_reference import Reference, reference
+from plantigrade.io.moment_reference import MomentReference, reference
 from plantigrade.motion.plate_baseline import baseline_note, unloaded
 from plantigrade.motion.recording import ForcePlate, Table
 from plantigrade.notes import Info
@@ -103,7 +103,7 @@ def plates_of(
     return tuple(result)
 
 
-def _note(about: Reference, where: str = "") -> str:
+def _note(about: MomentReference, where: str = "") -> str:
     return Info(
         f"{where}the torques are about {about}, not about the points of application; they were "
         "converted"

@@ -41,7 +41,7 @@ _SIMPLE: dict[str, tuple[tuple, tuple]] = {
 
 
 @dataclass(frozen=True)
-class Frame:
+class BodyFrame:
     """A frame fixed to a body."""
 
     body: str  #: Name of the body
@@ -77,14 +77,14 @@ class Joint:
     """A joint: translations first, then rotations, each about the axes moved by those before."""
 
     name: str
-    parent: Frame
-    child: Frame
+    parent: BodyFrame
+    child: BodyFrame
     axes: tuple[Axis, ...]
     coordinates: tuple[Coordinate, ...]
 
 
 @dataclass(frozen=True)
-class Segment:
+class SegmentMass:
     """Mass properties of a body."""
 
     name: str
@@ -98,9 +98,9 @@ class OsimModel:
     """What is read of an OpenSim model."""
 
     name: str
-    segments: dict[str, Segment]  #: Bodies by name, without the ground
+    segments: dict[str, SegmentMass]  #: Bodies by name, without the ground
     joints: tuple[Joint, ...]
-    markers: dict[str, Frame]  #: Marker name → its place
+    markers: dict[str, BodyFrame]  #: Marker name → its place
     gravity: float  #: [m/s²]
     coupled: tuple[str, ...]  #: Coordinates tied to others
     left_out: dict[str, int]  #: Kind of force or constraint → how many were left out
@@ -170,7 +170,7 @@ def _model(model: ET.Element) -> OsimModel:
     )
 
 
-def _segment(node: ET.Element) -> Segment:
+def _segment(node: ET.Element) -> SegmentMass:
     if node.find("inertia") is not None:
         xx, yy, zz, xy, xz, yz = numbers(node, "inertia", 6)
     else:
@@ -180,7 +180,7 @@ def _segment(node: ET.Element) -> Segment:
     mass = float(numbers(node, "mass", 1, 0.0)[0])
     if mass < 0:
         raise ValueError(f"body {_named(node)} has a mass of {mass:g} kg")
-    return Segment(_named(node), mass, numbers(node, "mass_center", 3, 0.0), tensor)
+    return SegmentMass(_named(node), mass, numbers(node, "mass_center", 3, 0.0), tensor)
 
 
 class _Frames:
@@ -190,17 +190,19 @@ class _Frames:
         self.bodies = bodies
         self.offsets = {_named(n): n for n in model.iter("PhysicalOffsetFrame")}
 
-    def find(self, path: str, own: dict[str, ET.Element] | None = None, depth: int = 0) -> Frame:
+    def find(
+        self, path: str, own: dict[str, ET.Element] | None = None, depth: int = 0
+    ) -> BodyFrame:
         """Return the frame at the end of a path; ``own`` are the frames of the joint itself."""
         name = path.strip().rpartition("/")[2]
         node = (own or {}).get(name)
         if node is None and (name in self.bodies or name == GROUND):
-            return Frame(name, np.zeros(3), np.eye(3))
+            return BodyFrame(name, np.zeros(3), np.eye(3))
         node = self.offsets.get(name) if node is None else node
         if node is None or depth > MAX_NESTING:
             raise ValueError(f"there is no frame {path.strip()[:60]!r}")
         base = self.find(node.findtext("socket_parent") or "", None, depth + 1)
-        return Frame(
+        return BodyFrame(
             base.body,
             base.position + base.rotation @ numbers(node, "translation", 3, 0.0),
             base.rotation @ rotation_xyz(numbers(node, "orientation", 3, 0.0)),
@@ -221,7 +223,7 @@ def _joint3(node: ET.Element, body: str) -> Joint:
     if (node.findtext("reverse") or "").strip() == "true":
         raise ValueError(f"joint {_named(node)} is reversed, which is not read")
     parent, child = (
-        Frame(
+        BodyFrame(
             name,
             numbers(node, f"location{end}", 3, 0.0),
             rotation_xyz(numbers(node, f"orientation{end}", 3, 0.0)),
@@ -231,7 +233,9 @@ def _joint3(node: ET.Element, body: str) -> Joint:
     return _joint(node, parent, child, node.iterfind("CoordinateSet/objects/Coordinate"))
 
 
-def _joint(node: ET.Element, parent: Frame, child: Frame, found: Iterable[ET.Element]) -> Joint:
+def _joint(
+    node: ET.Element, parent: BodyFrame, child: BodyFrame, found: Iterable[ET.Element]
+) -> Joint:
     coordinates = tuple(_coordinate(each) for each in found)
     name, names = _named(node), [c.name for c in coordinates]
     table = node.find("SpatialTransform")

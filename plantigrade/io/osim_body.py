@@ -21,7 +21,7 @@ from plantigrade.io.osim import Coordinate, Joint, OsimModel, parse_osim
 from plantigrade.io.osim_mjcf import body_of, osim_mjcf
 from plantigrade.io.osim_root import check_root, root_coordinates, root_pose
 from plantigrade.io.osim_shapes import foot_spheres, solids_of
-from plantigrade.io.osim_tree import Driven, Link, links_of
+from plantigrade.io.osim_tree import Driven, OsimLink, links_of
 from plantigrade.models import Human
 from plantigrade.models.anthropometry import dimensions
 from plantigrade.models.landmarks import Attachment
@@ -50,7 +50,7 @@ class OsimHuman(Human):
     osim: OsimModel = field(repr=False, kw_only=True)  #: What was read of it
     root: Joint = field(repr=False, kw_only=True)  #: Joint of the root to the ground
     #: Bodies, in the order of MuJoCo
-    links: tuple[Link, ...] = field(repr=False, kw_only=True)
+    links: tuple[OsimLink, ...] = field(repr=False, kw_only=True)
 
     @classmethod
     def of(

@@ -9,7 +9,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.io.osim import Joint, OsimModel
 from plantigrade.io.osim_root import root_pose
-from plantigrade.io.osim_tree import Link
+from plantigrade.io.osim_tree import OsimLink
 from plantigrade.models.mjcf import add_shapes, numbers
 from plantigrade.models.parts import Inertia, SoleSphere, Solid
 from plantigrade.models.skeleton import Body, Hinge
@@ -22,7 +22,7 @@ MIN_MASS, MIN_INERTIA = 1e-6, 1e-9  # [kg, kg m²] of massless bodies, for MuJoC
 def osim_mjcf(
     osim: OsimModel,
     root: Joint,
-    links: Sequence[Link],
+    links: Sequence[OsimLink],
     solids: Mapping[str, tuple[Solid, ...]],
     spheres: Mapping[str, tuple[SoleSphere, ...]],
 ) -> tuple[str, list[str]]:
@@ -74,7 +74,7 @@ def _lowest(xml: str, qpos: np.ndarray, spheres: list[str]) -> float:
 
 
 def body_of(
-    osim: OsimModel, link: Link, solids: tuple[Solid, ...], spheres: tuple[SoleSphere, ...]
+    osim: OsimModel, link: OsimLink, solids: tuple[Solid, ...], spheres: tuple[SoleSphere, ...]
 ) -> Body:
     """Return a link with mass properties and shapes."""
     segment = osim.segments[link.name]
@@ -104,7 +104,7 @@ def _add_inertial(element: ET.Element, model: OsimModel, name: str) -> None:
     ET.SubElement(element, "inertial", at, fullinertia=numbers(six))
 
 
-def _add_joints(element: ET.Element, link: Link) -> None:
+def _add_joints(element: ET.Element, link: OsimLink) -> None:
     """Add the joints of a body."""
     for kind, axis, driven, (low, high) in link.joints:
         at = {"name": driven.name, "type": kind, "axis": numbers(axis), "pos": numbers(link.anchor)}

@@ -7,7 +7,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.io.osim import OsimModel
-from plantigrade.io.osim_tree import Link
+from plantigrade.io.osim_tree import OsimLink
 from plantigrade.models.parts import SoleSphere, Solid
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD as W
 
@@ -23,7 +23,7 @@ HEEL_TO_BALL = 0.18  # [m] heel to toe joint, where there is none
 BALL_TO_TIP = 0.065  # [m] toe joint to tip of the toes
 
 
-def solids_of(model: OsimModel, links: Sequence[Link]) -> dict[str, tuple[Solid, ...]]:
+def solids_of(model: OsimModel, links: Sequence[OsimLink]) -> dict[str, tuple[Solid, ...]]:
     """Return capsules to draw, by body: to the joints below it, or through its centre of mass."""
     ends: dict[str, list[np.ndarray]] = {link.name: [] for link in links}
     for link in links[1:]:
@@ -45,12 +45,12 @@ def solids_of(model: OsimModel, links: Sequence[Link]) -> dict[str, tuple[Solid,
     return drawn
 
 
-def foot_bodies(links: Sequence[Link]) -> dict[str, str]:
+def foot_bodies(links: Sequence[OsimLink]) -> dict[str, str]:
     """Return the body of each foot by side; empty where the names tell none."""
     return {link.name[-1]: link.name for link in links if _FOOT.fullmatch(link.name)}
 
 
-def foot_spheres(links: Sequence[Link]) -> dict[str, tuple[SoleSphere, ...]]:
+def foot_spheres(links: Sequence[OsimLink]) -> dict[str, tuple[SoleSphere, ...]]:
     """Return the spheres of the soles by body.
 
     The origin of the calcaneus is the back of the heel in OpenSim's models; the ball of the foot is

@@ -39,7 +39,7 @@ class Driven:
 
 
 @dataclass(frozen=True)
-class Link:
+class OsimLink:
     """A body on its parent, our axes."""
 
     name: str
@@ -51,14 +51,14 @@ class Link:
     joints: tuple[tuple[str, Float[Array, " 3"], Driven, tuple[float, float]], ...]
 
 
-def links_of(model: OsimModel) -> tuple[Joint, tuple[Link, ...]]:
+def links_of(model: OsimModel) -> tuple[Joint, tuple[OsimLink, ...]]:
     """Return the joint of the root to the ground, and the bodies below it, parents first."""
     roots = [j for j in model.joints if j.parent.body == GROUND and j.coordinates]
     if len(roots) != 1:
         problem = f"{len(roots)} bodies move on the ground"
         raise ParameterError(f"{problem}; a person has one root, such as the pelvis")
     root, owned = roots[0], set()
-    links = [Link(root.child.body, "", np.zeros(3), np.eye(3), np.zeros(3), ())]
+    links = [OsimLink(root.child.body, "", np.zeros(3), np.eye(3), np.zeros(3), ())]
     reached, todo = {root.child.body}, [j for j in model.joints if j.parent.body != GROUND]
     while todo:
         ready = [j for j in todo if j.parent.body in reached]
@@ -78,7 +78,7 @@ def links_of(model: OsimModel) -> tuple[Joint, tuple[Link, ...]]:
     return root, tuple(links)
 
 
-def _link(joint: Joint, owned: set[str]) -> Link:
+def _link(joint: Joint, owned: set[str]) -> OsimLink:
     """Return the body on its parent; ``owned`` are the coordinates that have a joint already."""
     fixed, turn = np.zeros(3), np.eye(3)
     turns: list[tuple[Axis, np.ndarray]] = []
@@ -120,4 +120,4 @@ def _link(joint: Joint, owned: set[str]) -> Link:
     place = W @ (start - rotation @ joint.child.position)
     anchor = W @ joint.child.position
     parent = joint.parent.body
-    return Link(joint.child.body, parent, place, W @ rotation @ W.T, anchor, tuple(joints))
+    return OsimLink(joint.child.body, parent, place, W @ rotation @ W.T, anchor, tuple(joints))

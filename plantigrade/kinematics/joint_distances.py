@@ -36,7 +36,7 @@ MAX_FRAMES = 300  # [1] maximum number of frames that are looked at, evenly spre
 
 
 @dataclass(frozen=True)
-class Segment:
+class SegmentPoses:
     """Poses of a segment from its markers in some frames."""
 
     frames: Int[Array, " n_frames"]  #: Frames, as indices
@@ -44,7 +44,7 @@ class Segment:
     origin: Float[Array, "n_frames 3"]  #: Middle of its markers [m]
 
     @classmethod
-    def of(cls, x: Float[Array, "n_frames n_markers 3"], margin: int = 0) -> "Segment | None":
+    def of(cls, x: Float[Array, "n_frames n_markers 3"], margin: int = 0) -> "SegmentPoses | None":
         """Return the poses in frames that show all markers; None where there are too few.
 
         Args:
@@ -105,7 +105,7 @@ def late_notes(
         pairs = [("pelvis", f"{side} thigh")]
         pairs += [(f"{side} shank", f"{side} {other}") for other in ("thigh", "foot")]
         for one, other in pairs:
-            segment = Segment.of(samples[:, seen_markers(places, samples, one)], margin)
+            segment = SegmentPoses.of(samples[:, seen_markers(places, samples, one)], margin)
             x = samples[:, seen_markers(places, samples, other)]
             if segment is None or not x.shape[1]:
                 continue
@@ -120,7 +120,7 @@ def late_notes(
     return notes
 
 
-def _delay(segment: Segment, x: Float[Array, "n_frames n_markers 3"], margin: int) -> float:
+def _delay(segment: SegmentPoses, x: Float[Array, "n_frames n_markers 3"], margin: int) -> float:
     """Return by how many frames markers are later than a segment; 0 where nothing shows it."""
     steps = np.arange(-margin, margin + 1)
     error = np.array([joint_centre(segment.seen_from_here(x, int(k)))[1] for k in steps])

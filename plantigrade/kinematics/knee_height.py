@@ -12,7 +12,12 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDE_NAMES
-from plantigrade.kinematics.joint_distances import MIN_SEEN, Segment, joint_centre, seen_markers
+from plantigrade.kinematics.joint_distances import (
+    MIN_SEEN,
+    SegmentPoses,
+    joint_centre,
+    seen_markers,
+)
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment, attachments
@@ -82,7 +87,9 @@ def _lowness(
         if np.ptp(qpos[:, 7 + human.hinge(f"knee_angle_{side}")]) < MIN_KNEE_RANGE:
             return None
         hip = PointSet.of(human, [attachments(human)[f"hip_joint_{side}"]]).path(qpos)
-        thigh = Segment.of(np.concatenate([x[:, seen_markers(places, x, f"{name} thigh")], hip], 1))
+        thigh = SegmentPoses.of(
+            np.concatenate([x[:, seen_markers(places, x, f"{name} thigh")], hip], 1)
+        )
         shank = x[:, seen_markers(places, x, f"{name} shank")]
         if thigh is None or not shank.shape[1]:
             return None

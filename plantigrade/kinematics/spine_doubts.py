@@ -13,7 +13,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.body_paths import body_paths
-from plantigrade.kinematics.joint_distances import Segment, joint_centre
+from plantigrade.kinematics.joint_distances import SegmentPoses, joint_centre
 from plantigrade.kinematics.leg_segments import segment_of_leg
 from plantigrade.kinematics.posture import leans
 from plantigrade.kinematics.state import PointSet
@@ -168,7 +168,7 @@ def _shallow_hips(
     """Return a sentence where the thighs turn about points at the height of the spines."""
     spines = [named[m] for m in _SPINES if m in named]
     spine = markers.select(spines).positions
-    pelvis = Segment.of(spine, 0)
+    pelvis = SegmentPoses.of(spine, 0)
     if pelvis is None or "asis_r" not in named or "asis_l" not in named:
         return []
     middle = pelvis.seen_from_here(spine).mean(axis=0)

@@ -8,7 +8,7 @@ from plantigrade.io.writing import csv_text, write_text
 
 
 @dataclass(frozen=True, kw_only=True)
-class Progress:
+class LearningProgress:
     """One row of the learning curve."""
 
     decisions: int  #: Decisions since the start
@@ -30,11 +30,11 @@ class Progress:
     soles: float = 0.0  #: Mean of the sole term
 
 
-def write_curve(path: Path, curve: Sequence[Progress]) -> None:
+def write_curve(path: Path, curve: Sequence[LearningProgress]) -> None:
     """Write a learning curve as CSV with six significant digits.
 
     Raises:
         FileError: If the file cannot be written.
     """
-    names = [f.name for f in fields(Progress)]
+    names = [f.name for f in fields(LearningProgress)]
     write_text(path, csv_text(names, ([getattr(row, n) for n in names] for row in curve)))

@@ -18,7 +18,7 @@ from plantigrade.extras import require
 from plantigrade.io.writing import whole_file
 from plantigrade.learn.environment import Walks
 from plantigrade.learn.hyperparameters import FINE_TUNING, Hyperparameters
-from plantigrade.learn.learning_curve import Progress, write_curve
+from plantigrade.learn.learning_curve import LearningProgress, write_curve
 from plantigrade.learn.parallel_tracking import ParallelTracking
 from plantigrade.learn.policy import OBSERVATION_CLIP, Policy, survival_times
 from plantigrade.learn.rules import Rules
@@ -78,7 +78,11 @@ class Training:
             goal,
             max_decisions,
         )
-        self.hyperparameters, self.curve, self.reached = hyperparameters, list[Progress](), False
+        self.hyperparameters, self.curve, self.reached = (
+            hyperparameters,
+            list[LearningProgress](),
+            False,
+        )
         try:
             _torch.empty(0, device=device)
         except Exception as error:  # torch raises several kinds
@@ -123,7 +127,7 @@ class Training:
         """Whether training has ended."""
         return self.reached or self.decisions >= self.max_decisions
 
-    def run(self, on_progress: Callable[[Progress], None] = lambda _: None) -> Policy:
+    def run(self, on_progress: Callable[[LearningProgress], None] = lambda _: None) -> Policy:
         """Train until the goal or the end, and return the policy, which is also in the folder."""
         while not self.finished:
             row = self.learn()
@@ -131,7 +135,7 @@ class Training:
             on_progress(row)
         return self.policy()
 
-    def learn(self) -> Progress:
+    def learn(self) -> LearningProgress:
         """Do one part, and return hyperparameters it went."""
         start_time, hyperparameters, learner = (
             clock.perf_counter(),
@@ -167,7 +171,7 @@ class Training:
             average = float(survived.mean())
             self.reached = standing == hyperparameters.evaluation_starts
         self.curve.append(
-            Progress(
+            LearningProgress(
                 decisions=self.decisions + hyperparameters.part,
                 seconds=before + clock.perf_counter() - start_time,
                 falls_per_minute=falls,
@@ -299,7 +303,7 @@ class Training:
     def _resume(self, path: Path) -> None:
         try:
             state = _torch.load(path, weights_only=True)
-            what, curve = dict(state["what"]), [Progress(**row) for row in state["curve"]]
+            what, curve = dict(state["what"]), [LearningProgress(**row) for row in state["curve"]]
         except Exception as error:
             raise FileError(path, f"not a checkpoint of a training: {str(error)[:200]}") from error
         own = self._identity()

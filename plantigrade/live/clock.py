@@ -59,7 +59,7 @@ class Clock:
         return 1.0 - sum(lost for *_, lost in window) / due if due > 0.0 else 1.0
 
 
-class Pace:
+class LoopPace:
     """Keeps a loop at a rate; short delays are caught up, missed cycles are skipped.
 
     Args:

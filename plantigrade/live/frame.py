@@ -14,7 +14,7 @@ MIN_LOAD = 0.02  # [body weights] on the feet; below it the centre of pressure i
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Frame:
+class LiveFrame:
     """Everything that is drawn, copied because the session continues meanwhile."""
 
     world: World  #: The world; another world has other bodies

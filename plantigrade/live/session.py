@@ -16,8 +16,8 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.site import GEOM_PREFIX
 from plantigrade.errors import ParameterError, PlantigradeError
-from plantigrade.live.clock import Clock, Pace
-from plantigrade.live.frame import Frame, History
+from plantigrade.live.clock import Clock, LoopPace
+from plantigrade.live.frame import History, LiveFrame
 from plantigrade.live.interactive_force import DragRope, InteractiveForce
 from plantigrade.live.slope import Slope
 from plantigrade.record import Record
@@ -289,13 +289,13 @@ class Session:
         external = contacts.external_forces([contacts.read_step(self.world.data)[0]])
         return external.force[0], external.point[0]
 
-    def _current_frame(self) -> Frame:
+    def _current_frame(self) -> LiveFrame:
         world, data = self.world, self.world.data
         force, point = self._contact_forces()
         rope, line = self._hand.rope, None
         if rope is not None:
             line = np.array([rope.position(data), rope.end])
-        return Frame(
+        return LiveFrame(
             world=world,
             time=world.time,
             positions=data.xpos.copy(),
@@ -330,7 +330,7 @@ class Session:
 def run(session: Session, stop: Event, clock: Clock | None = None) -> None:
     """Run a session in real time until ``stop`` is set."""
     clock = clock or Clock()
-    pace = Pace(RATE)
+    pace = LoopPace(RATE)
     clock.begin()
     while not stop.wait(pace.time_to_wait()):
         clock.mark_simulated(

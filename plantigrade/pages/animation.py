@@ -27,7 +27,7 @@ from plantigrade.pages.scene import check, poses, scene_model, side_forces, trav
 from plantigrade.pages.section import svg_of
 from plantigrade.pages.skin_figure import SkinFigure, skin_of
 from plantigrade.pages.skin_layers import skin_layers
-from plantigrade.pages.svg_animation import Clock, Shot
+from plantigrade.pages.svg_animation import AnimationClock, Shot
 from plantigrade.record import Record
 
 UNITS = 1000  # drawing units per metre
@@ -83,7 +83,7 @@ def moving_picture(
     check(record)
     _refuse(foot, speed, height_px)
     plays = playback(record, start=start, stop=stop, rate=rate)
-    clock = Clock(plays.seconds / speed)
+    clock = AnimationClock(plays.seconds / speed)
     drawn = _Instants.of(record, forces or record, plays, solids)
     still = drawn.only(0)
     how: dict[str, Any] = {"view": view, "side": FEET[foot], "clock": clock, "x_ray": x_ray}
@@ -176,7 +176,7 @@ def _scene(
     *,
     view: str,
     side: str,
-    clock: Clock,
+    clock: AnimationClock,
     prefix: str,
     x_ray: bool,
     box: Box | None = None,

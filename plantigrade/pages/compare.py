@@ -8,7 +8,7 @@ from plantigrade.analyze.curve_difference import MIN_CYCLES
 from plantigrade.analyze.curves import LOADED_JOINTS
 from plantigrade.analyze.gait_profile import MIN_IMPORTANT_DIFFERENCE
 from plantigrade.analyze.norms import PUBLISHED_NAMES, Population, names, norm, unit_of
-from plantigrade.analyze.pooled_gait import TRUNK, Gait
+from plantigrade.analyze.pooled_gait import TRUNK, ComparedGait
 from plantigrade.analyze.run_comparison import RunComparison
 from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array
@@ -249,7 +249,7 @@ def _notes(found: RunComparison) -> list[str]:
     return notes
 
 
-def _person_line(gait: Gait, found: RunComparison) -> str:
+def _person_line(gait: ComparedGait, found: RunComparison) -> str:
     run = gait.runs[0]
     human, name = run.record.human, run.name if found.sides else gait.name
     if len(gait.runs) > 1:
@@ -258,7 +258,7 @@ def _person_line(gait: Gait, found: RunComparison) -> str:
     return f"{name}: {run.kind}, {human.height:.2f} m, {human.mass:.1f} kg"
 
 
-def _speed(gait: Gait) -> float | None:
+def _speed(gait: ComparedGait) -> float | None:
     walked = gait.figure("walking_speed_m_s")
     return gait.figure("running_speed_m_s") if walked is None else walked
 
@@ -272,7 +272,7 @@ def _title(found: RunComparison) -> str:
     return f"{gaits[1].name[0].upper()}{gaits[1].name[1:]} and {gaits[0].name} side"
 
 
-def _count(gait: Gait, name: str) -> str:
+def _count(gait: ComparedGait, name: str) -> str:
     rows = gait.curves.get(name, ())
     return "as made" if gait.exact else str(len(rows))
 

@@ -33,7 +33,7 @@ INK, SOFT = "var(--fg, #1c2430)", "var(--soft, #64707f)"
 
 
 @dataclass(frozen=True, eq=False)
-class Sole:
+class SoleOutline:
     """One foot from above, in axes forward from its rear end and left from its middle [m]."""
 
     side: str  #: ``"r"`` or ``"l"``
@@ -46,7 +46,7 @@ class Sole:
     stands: tuple[Float[Array, "nbody 3"], Float[Array, "nbody 3 3"]]
 
     @classmethod
-    def of(cls, human: Human, sites: Sequence[ContactSite], side: str) -> "Sole":
+    def of(cls, human: Human, sites: Sequence[ContactSite], side: str) -> "SoleOutline":
         """Return the sole of a side with its sites."""
         data = mujoco.MjData(human.model)
         data.qpos[:] = human.standing()
@@ -101,7 +101,7 @@ def centre(place: Float[Array, "k 2"], load: Float[Array, " k"]) -> Float[Array,
     return up @ np.nan_to_num(place) / up.sum()
 
 
-def plate_svg(soles: Sequence[Sole], load: Float[Array, " n_sites"]) -> str:
+def plate_svg(soles: Sequence[SoleOutline], load: Float[Array, " n_sites"]) -> str:
     """Return both feet side by side, the left one on the left; ``load`` in body weights."""
     feet = sorted(soles, key=lambda sole: sole.side != "l")
     titles = [
@@ -115,7 +115,7 @@ def plate_svg(soles: Sequence[Sole], load: Float[Array, " n_sites"]) -> str:
 
 
 def foot_svg(
-    sole: Sole,
+    sole: SoleOutline,
     place: Float[Array, "k 2"],
     load: Float[Array, " k"],
     title: str,

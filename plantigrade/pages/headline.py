@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from plantigrade.constants import SIDES
-from plantigrade.pages.section import Subject
+from plantigrade.pages.section import ReportedRun
 from plantigrade.pages.shown import shown_in
 from plantigrade.pages.text import rounded_text
 from plantigrade.pages.verdict import acted_on_body
@@ -28,7 +28,7 @@ SYNTHESIS = (
 )  # fmt: skip
 
 
-def person_lines(subject: Subject) -> list[str]:
+def person_lines(subject: ReportedRun) -> list[str]:
     """Return lines on the person, the model, and the norms of the gait."""
     human, age, figures = subject.record.human, subject.number("age_years"), subject.figures
     name, sex, date = (figures.get(key) for key in ("subject_name", "sex", "recorded_on"))
@@ -44,7 +44,7 @@ def person_lines(subject: Subject) -> list[str]:
     return known
 
 
-def headline_figures(subject: Subject) -> dict[str, str]:
+def headline_figures(subject: ReportedRun) -> dict[str, str]:
     """Return names and values of the headline figures."""
     signals = subject.record.signals
     if "check.quantity" in signals:
@@ -61,7 +61,7 @@ def headline_figures(subject: Subject) -> dict[str, str]:
     return found | _figures_of(subject, FIT_ERRORS)
 
 
-def _survival(subject: Subject) -> dict[str, str]:
+def _survival(subject: ReportedRun) -> dict[str, str]:
     """Return the first tiles of a simulation: on the feet or not, and what acted on the body."""
     fell = subject.number("fell_at_s")
     diverged = subject.number("diverged_at_s")
@@ -76,7 +76,7 @@ def _survival(subject: Subject) -> dict[str, str]:
     return found | ({name: ", ".join(acted)} if acted else {})
 
 
-def _both_sides(subject: Subject) -> dict[str, str]:
+def _both_sides(subject: ReportedRun) -> dict[str, str]:
     """Return step length, Gait Profile Score and range of the knee, right and left."""
     found, usual = {}, rounded_text(subject.number("gps_reference_deg"), 1)
     for name, unit, key, digits in (
@@ -96,7 +96,7 @@ def _both_sides(subject: Subject) -> dict[str, str]:
     return found
 
 
-def _figures_of(subject: Subject, keys: Sequence[str]) -> dict[str, str]:
+def _figures_of(subject: ReportedRun, keys: Sequence[str]) -> dict[str, str]:
     found = {}
     for key in keys:
         one = FIGURES[key]

@@ -10,9 +10,9 @@ from plantigrade.charts import theme
 from plantigrade.charts.labels import MIN_SPANS, title_of
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.live.clock import Clock
-from plantigrade.live.frame import HISTORY_DURATION, Frame
+from plantigrade.live.frame import HISTORY_DURATION, LiveFrame
 from plantigrade.live.session import Session
-from plantigrade.pages.contact_plate import Sole, plate_svg
+from plantigrade.pages.contact_plate import SoleOutline, plate_svg
 from plantigrade.pages.live_scene import weight_of
 from plantigrade.side_names import side_of
 from plantigrade.world import Target
@@ -20,7 +20,7 @@ from plantigrade.world import Target
 MAX_POINTS = 125  # of a curve: one for two pixels of its width
 
 
-def status_lines(session: Session, clock: Clock, frame: Frame) -> list[str]:
+def status_lines(session: Session, clock: Clock, frame: LiveFrame) -> list[str]:
     """Return the lines above the person."""
     speed = "paused" if session.paused else f"{session.speed:g}×"
     reached = "real time" if session.speed == 1.0 else "that speed"
@@ -62,12 +62,12 @@ def target_value(target: Target) -> dict[str, Any]:
     }
 
 
-def soles_of(session: Session) -> list[Sole]:
+def soles_of(session: Session) -> list[SoleOutline]:
     """Return both soles of the person."""
-    return [Sole.of(session.world.human, session.world.sites, side) for side in SIDES]
+    return [SoleOutline.of(session.world.human, session.world.sites, side) for side in SIDES]
 
 
-def curves_data(frame: Frame, soles: Sequence[Sole], joint: str) -> dict[str, Any]:
+def curves_data(frame: LiveFrame, soles: Sequence[SoleOutline], joint: str) -> dict[str, Any]:
     """Return the contact plate and curves of the last seconds.
 
     Args:

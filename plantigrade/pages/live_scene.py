@@ -8,7 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
 from plantigrade.constants import SIDES
-from plantigrade.live.frame import MIN_LOAD, Frame
+from plantigrade.live.frame import MIN_LOAD, LiveFrame
 from plantigrade.pages.scene import height_below
 from plantigrade.pages.shapes import PLATE, convex_hull, shapes_of
 from plantigrade.pages.viewer import COLOURS, ground_data, shape_data
@@ -43,7 +43,7 @@ def world_data(world: World) -> dict[str, Any]:
     }
 
 
-def frame_data(frame: Frame) -> dict[str, Any]:
+def frame_data(frame: LiveFrame) -> dict[str, Any]:
     """Return everything that moves with the body, to be drawn together."""
     world, pack = frame.world, frame.pack
     ground = plate_data(frame)
@@ -76,7 +76,7 @@ def frame_data(frame: Frame) -> dict[str, Any]:
     }
 
 
-def plate_data(frame: Frame) -> dict[str, Any] | None:
+def plate_data(frame: LiveFrame) -> dict[str, Any] | None:
     """Return the ground where it is a plate that moves; None where it is still."""
     model = frame.world.model
     for geom in range(model.ngeom):
@@ -91,7 +91,7 @@ def plate_data(frame: Frame) -> dict[str, Any] | None:
     return None
 
 
-def floor_below(frame: Frame, plate: dict[str, Any] | None) -> float:
+def floor_below(frame: LiveFrame, plate: dict[str, Any] | None) -> float:
     """Return the height of the ground under the centre of mass [m]."""
     if plate is None:
         return float(height_below(frame.world.ground, frame.com[None])[0])
@@ -100,14 +100,14 @@ def floor_below(frame: Frame, plate: dict[str, Any] | None) -> float:
     return float(origin[2] + (plate["height"] - aside) / normal[2])
 
 
-def reaction(frame: Frame, side: str) -> list[list[float]] | None:
+def reaction(frame: LiveFrame, side: str) -> list[list[float]] | None:
     """Return centre of pressure [m] and ground reaction [N] of a side; None if it is unloaded."""
     own = np.array([site.side == side for site in frame.world.sites], dtype=bool)
     point = centre_of_pressure(frame, own)
     return None if point is None else [point, rounded(frame.force[own].sum(axis=0), 1)]
 
 
-def centre_of_pressure(frame: Frame, sites: Array) -> list[float] | None:
+def centre_of_pressure(frame: LiveFrame, sites: Array) -> list[float] | None:
     """Return the centre of pressure of some sites [m]; None if they are unloaded."""
     up = np.where(sites, np.maximum(frame.force[:, 2], 0.0), 0.0)
     load = float(up.sum())
@@ -116,7 +116,7 @@ def centre_of_pressure(frame: Frame, sites: Array) -> list[float] | None:
     return rounded(up @ frame.point / load)
 
 
-def contacts(frame: Frame) -> list[list[Any]]:
+def contacts(frame: LiveFrame) -> list[list[Any]]:
     """Return index, point [m] and force [N] of every site that presses."""
     return [
         [int(k), rounded(frame.point[k]), rounded(frame.force[k], 1)]

@@ -13,7 +13,7 @@ from typing import Any
 from plantigrade.charts.labels import title_of
 from plantigrade.control import CONTROLLERS
 from plantigrade.live.clock import Clock
-from plantigrade.live.frame import Frame
+from plantigrade.live.frame import LiveFrame
 from plantigrade.live.session import SPEEDS, Session
 from plantigrade.models.feet import FEET
 from plantigrade.models.joint_sets import JOINT_SETS
@@ -61,7 +61,7 @@ class LiveWorld:
         self.commands = Commands(session, can_save=can_save)
         self.drawn = self._worlds = 0
         self._world: World | None = None
-        self._frame: Frame | None = None
+        self._frame: LiveFrame | None = None
         self._page, self._sent = "", dict[str, str]()
         self._begin(session.frame)
         self._server = PageServer(port, lambda: self._page, self._receive)
@@ -96,7 +96,7 @@ class LiveWorld:
                 self.update_curves(frame)
             turn += 1
 
-    def draw(self, frame: Frame) -> None:
+    def draw(self, frame: LiveFrame) -> None:
         """Send a frame; where its world is another one, browsers load the page anew."""
         if frame.world is not self._world:
             self._begin(frame)
@@ -104,19 +104,19 @@ class LiveWorld:
         self._frame, self.drawn = frame, self.drawn + 1
         self._send("frame", frame_data(frame), droppable=True)
 
-    def update_controls(self, frame: Frame) -> None:
+    def update_controls(self, frame: LiveFrame) -> None:
         """Send status and values of the controls, unless actions are still to be done."""
         status: dict[str, Any] = {"lines": status_lines(self.session, self._clock, frame)}
         if not self.session.pending:  # else the controls are ahead of the session
             status["values"] = control_values(self.session)
         self._send("panel", status)
 
-    def update_curves(self, frame: Frame) -> None:
+    def update_curves(self, frame: LiveFrame) -> None:
         """Send the contact plate and the curves."""
         if frame.world is self.session.world and len(frame.history.time) > 1:
             self._send("curves", curves_data(frame, self._soles, self.commands.joint))
 
-    def _begin(self, frame: Frame) -> None:
+    def _begin(self, frame: LiveFrame) -> None:
         """Make the page of another world."""
         self._world = frame.world
         self._worlds += 1

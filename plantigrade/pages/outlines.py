@@ -11,7 +11,7 @@ from plantigrade.arrays import Array, Float, Int
 from plantigrade.charts import theme
 from plantigrade.pages.camera import Camera
 from plantigrade.pages.shapes import Shape, surface_points
-from plantigrade.pages.svg_animation import Clock
+from plantigrade.pages.svg_animation import AnimationClock
 from plantigrade.spatial.conventions import rotation_matrix
 
 ARROW_PER_BODY_WEIGHT = 0.6  # [m] length of the arrow of one body weight
@@ -71,7 +71,7 @@ def force_arrow(
     force: Float[Array, "n 3"],
     point: Float[Array, "n 3"],
     camera: Camera,
-    clock: Clock,
+    clock: AnimationClock,
     weight: float,
     *,
     per_metre: float,

@@ -16,7 +16,7 @@ from plantigrade.pages.animation import moving_picture
 from plantigrade.pages.headline import headline_figures, person_lines
 from plantigrade.pages.playback import part_of, playback
 from plantigrade.pages.scene import assumed_bodies, check, nearest, scene_model
-from plantigrade.pages.section import Subject, draw_all, page_html
+from plantigrade.pages.section import ReportedRun, draw_all, page_html
 from plantigrade.pages.sections import SECTIONS
 from plantigrade.pages.sections.cycles import SHOWN_ANGLES
 from plantigrade.pages.strip import instants, strip_svg
@@ -59,7 +59,7 @@ def report_html(run: Run) -> str:
     from markupsafe import Markup
 
     check(run.record)
-    subject = Subject(run)
+    subject = ReportedRun(run)
     provenance = run.metrics
     return page_html(
         draw_all(SECTIONS, subject),
@@ -98,7 +98,7 @@ def run_viewer(run: Run) -> str:
             full for name in SHOWN_ANGLES for full in (name, f"{name}_r", f"{name}_l")
             if full in coordinates
         ),
-        forces=Subject(run).forces,
+        forces=ReportedRun(run).forces,
     )  # fmt: skip
 
 
@@ -113,7 +113,7 @@ def _reference_words(record: Record) -> str:
     return REFERENCE_WORDS.get(name, name)
 
 
-def _has_arrows(subject: Subject) -> bool:
+def _has_arrows(subject: ReportedRun) -> bool:
     total, cop = subject.side_forces
     if total is None or cop is None:
         return False
@@ -121,7 +121,7 @@ def _has_arrows(subject: Subject) -> bool:
 
 
 def strip_of(
-    subject: Subject,
+    subject: ReportedRun,
     *,
     height_px: int = 250,
     background: str | None = None,
@@ -176,7 +176,7 @@ def strip_of(
     )
 
 
-def _strip_frames(subject: Subject) -> list[int]:
+def _strip_frames(subject: ReportedRun) -> list[int]:
     """Return eight frames, over one right gait cycle if two heel strikes are known."""
     motion = subject.record.motion
     strikes = [e.time for e in motion.events if (e.side, e.kind) == ("r", "heel_strike")]
@@ -190,7 +190,7 @@ def _strip_frames(subject: Subject) -> list[int]:
     return instants(motion.n_frames, STRIP_PICTURES)
 
 
-def moving_person(subject: Subject) -> str:
+def moving_person(subject: ReportedRun) -> str:
     """Return the address (``data:``) of an animated SVG; empty for less than a moment of motion.
 
     A steady gait loops over one stride; a pushed or falling person is shown around that event, any
@@ -217,7 +217,7 @@ def moving_person(subject: Subject) -> str:
     return f"data:image/svg+xml,{quote(svg, safe=SAFE)}"
 
 
-def shown_part(subject: Subject) -> tuple[float | None, float | None]:
+def shown_part(subject: ReportedRun) -> tuple[float | None, float | None]:
     """Return the first and last instant that are shown [s]; None twice for one stride."""
     time, fell = subject.record.motion.time, subject.number("fell_at_s")
     pushes = push_intervals(subject.record)

@@ -28,7 +28,7 @@ from plantigrade.pages.text import anchor, provenance_rows
 from plantigrade.record import Record, Run
 
 
-class Subject:
+class ReportedRun:
     """A run with cached results that several sections use.
 
     ``forces`` is the record whose forces are shown: that of the motion moved by forces if the run
@@ -128,7 +128,7 @@ class Subject:
         return tuple(str(word) for word in self.record.signals.get(name, ("",) * count))
 
 
-Draw = Callable[[Subject], "Section | list[Section]"]
+Draw = Callable[[ReportedRun], "Section | list[Section]"]
 
 
 @dataclass(frozen=True)
@@ -159,7 +159,7 @@ class Section:
 
 def needs(
     *signals: str, reference: str = "", planned: bool = False
-) -> Callable[[Draw], Callable[[Subject], list[Section]]]:
+) -> Callable[[Draw], Callable[[ReportedRun], list[Section]]]:
     """Decorate a function that draws sections with the data it requires of a run.
 
     Args:
@@ -167,9 +167,9 @@ def needs(
         planned: Whether planned contact and forces are required.
     """
 
-    def decorate(draw: Draw) -> Callable[[Subject], list[Section]]:
+    def decorate(draw: Draw) -> Callable[[ReportedRun], list[Section]]:
         @wraps(draw)
-        def drawn(subject: Subject) -> list[Section]:
+        def drawn(subject: ReportedRun) -> list[Section]:
             record = subject.record
             there = all(name in record.signals for name in signals)
             beside = reference in record.references and record.motion.n_frames > 1
@@ -182,7 +182,7 @@ def needs(
     return decorate
 
 
-def draw_all(sections: Iterable[Draw], subject: Subject) -> list[Section]:
+def draw_all(sections: Iterable[Draw], subject: ReportedRun) -> list[Section]:
     """Return all sections for which a run has data."""
     found = [draw(subject) for draw in sections]
     return [s for part in found for s in ([part] if isinstance(part, Section) else part)]

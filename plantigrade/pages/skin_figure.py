@@ -23,7 +23,7 @@ KEPT = 2  # people whose triangles are kept: one run draws the same person a doz
 
 
 @dataclass(frozen=True)
-class Part:
+class DrawnPart:
     """A part of the body with an outline of its own."""
 
     name: str  #: Its name
@@ -48,9 +48,11 @@ HEAD_BONES = ("head", "upper_neck", "lower_neck", "thorax", "clavicle_r", "clavi
 FOOT_BONE_NAMES = ("foot", "heel", "lateral_metatarsal", "medial_phalanges", "lateral_phalanges")
 
 
-def _both(name: str, limb: str, bones: tuple[str, ...], material: str, count: int) -> list[Part]:
+def _both(
+    name: str, limb: str, bones: tuple[str, ...], material: str, count: int
+) -> list[DrawnPart]:
     return [
-        Part(
+        DrawnPart(
             f"{name}_{side}",
             f"{limb}_{side}",
             tuple(f"{bone}_{side}" for bone in bones),
@@ -63,8 +65,8 @@ def _both(name: str, limb: str, bones: tuple[str, ...], material: str, count: in
 
 
 PARTS = (
-    Part("head", "trunk", HEAD_BONES, ("skin", "eye", "iris"), 34),
-    Part("shirt", "trunk", (), ("shirt",), 36, garment=True),
+    DrawnPart("head", "trunk", HEAD_BONES, ("skin", "eye", "iris"), 34),
+    DrawnPart("shirt", "trunk", (), ("shirt",), 36, garment=True),
     *_both("shorts", "leg", (), "shorts", 26),
     *_both("thigh", "leg", ("femur0", "femur", "knee"), "skin", 18),
     *_both("shank", "leg", ("knee", "tibia"), "skin", 20),
@@ -109,12 +111,12 @@ class SkinFigure:
         motions = self.skin.motions(self.positions, self.quats)
         return np.array([self.mesh.posed(each) for each in motions])
 
-    def faces(self, part: Part) -> Int[Array, "n_faces 3"]:
+    def faces(self, part: DrawnPart) -> Int[Array, "n_faces 3"]:
         """Return the triangles of a part."""
         used, corners = _triangles(self.skin, self.mesh, part)
         return used[corners]
 
-    def is_pale(self, part: Part) -> bool:
+    def is_pale(self, part: DrawnPart) -> bool:
         """Return whether most of a part rides on bodies that are drawn paler."""
         if not self.pale:
             return False
@@ -125,7 +127,7 @@ class SkinFigure:
         return float(share.mean()) > 0.5
 
     def outlines(
-        self, part: Part, centre: Float[Array, "n 3"], camera: Camera, grain: float
+        self, part: DrawnPart, centre: Float[Array, "n 3"], camera: Camera, grain: float
     ) -> tuple[Float[Array, "n count 2"], float]:
         """Return the outline of a part in every frame, and its mean distance towards the reader.
 
@@ -153,7 +155,7 @@ def _shares(skin: Skin, mesh: DressedMesh) -> Float[Array, "n_faces n_bones"]:
 
 @lru_cache(maxsize=KEPT * len(PARTS))
 def _triangles(
-    skin: Skin, mesh: DressedMesh, part: Part
+    skin: Skin, mesh: DressedMesh, part: DrawnPart
 ) -> tuple[Int[Array, " n_used"], Int[Array, "n_faces 3"]]:
     """Return the vertices that a part uses, and its triangles, which count among these."""
     own = np.isin(mesh.materials, part.materials)

@@ -15,7 +15,7 @@ from plantigrade.models.mirror import mirrored_name
 from plantigrade.pages.bone_layers import bone_layers
 from plantigrade.pages.shapes import RIM_TONE, WHITE_SHARE, rgb, tone, two_tones, whiter
 from plantigrade.pages.silhouette import spline_data
-from plantigrade.pages.skin_figure import PARTS, Part, SkinFigure
+from plantigrade.pages.skin_figure import PARTS, DrawnPart, SkinFigure
 from plantigrade.pages.svg_animation import Shot
 
 GRID_STEP = 0.005  # Step of the grid on which outlines are found [m]: about a pixel
@@ -34,7 +34,7 @@ SEEN_THROUGH = 0.34  # Opacity of the skin of a foot before its bones [1]; chose
 class _Drawn:
     """A part with its outlines, colour and depth."""
 
-    part: Part
+    part: DrawnPart
     outlines: Float[Array, "n count 2"]
     depth: float
     colour: tuple[float, float, float]
@@ -72,7 +72,7 @@ def skin_layers(
     return [markup for _, markup in sorted(layers, key=lambda layer: layer[0])], extent
 
 
-def _drawn(figure: SkinFigure, part: Part, shot: Shot) -> _Drawn:
+def _drawn(figure: SkinFigure, part: DrawnPart, shot: Shot) -> _Drawn:
     outlines, depth = figure.outlines(part, shot.centre, shot.camera, GRID_STEP)
     colour = rgb(theme.SKIN[part.materials[0]])
     if figure.is_pale(part):

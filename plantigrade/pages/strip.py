@@ -23,7 +23,7 @@ from plantigrade.pages.scene import height_below, poses, travel
 from plantigrade.pages.shapes import hexadecimal, shapes_of
 from plantigrade.pages.skin_figure import SkinFigure
 from plantigrade.pages.skin_layers import skin_layers
-from plantigrade.pages.svg_animation import Clock, Shot
+from plantigrade.pages.svg_animation import AnimationClock, Shot
 from plantigrade.record.scene_objects import PlacedObject
 
 GROUND = "#8a94a3"
@@ -37,7 +37,7 @@ VIEW_TEXT = {
     "back": "from behind",
     "quarter": "from the front right",
 }
-STILL_CLOCK = Clock(1.0)  # [s] of a picture in which nothing moves
+STILL_CLOCK = AnimationClock(1.0)  # [s] of a picture in which nothing moves
 
 
 def instants(n_frames: int, count: int = 8) -> list[int]:

@@ -24,7 +24,7 @@ FIRST_FIGURE = 4  # number of the paper's first figure of curves
 
 
 @dataclass(frozen=True)
-class Gait:
+class StudyGait:
     """One gait of a study, with metrics and folder of its run, relative to the study.
 
     ``problem`` is the reason why it is excluded from the statistics; empty if it is not.
@@ -39,7 +39,7 @@ class Gait:
 
 def study_html(
     study: Study | None,
-    gaits: Sequence[Gait],
+    gaits: Sequence[StudyGait],
     left_out: Mapping[str, str],
     *,
     tasks: str,
@@ -163,7 +163,7 @@ def _curves(study: Study, name: str, title: str, width: int = 330, height: int =
     )
 
 
-def gait_section(gaits: Sequence[Gait]) -> Section:
+def gait_section(gaits: Sequence[StudyGait]) -> Section:
     """Return a table with one row of figures per gait and links to its pages."""
     from markupsafe import Markup
 
@@ -197,7 +197,7 @@ def gait_section(gaits: Sequence[Gait]) -> Section:
     )  # fmt: skip
 
 
-def rotation_section(gaits: Sequence[Gait]) -> Section:
+def rotation_section(gaits: Sequence[StudyGait]) -> Section:
     """Return the difference of every range of motion of every gait."""
     rows = []
     for gait in gaits:

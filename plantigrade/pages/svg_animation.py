@@ -8,7 +8,7 @@ from plantigrade.pages.camera import Camera
 
 
 @dataclass(frozen=True)
-class Clock:
+class AnimationClock:
     """The repeating clock of a picture."""
 
     seconds: float  #: Duration of one cycle [s]
@@ -42,6 +42,6 @@ class Shot:
 
     centre: Float[Array, "n 3"]  #: Point at which the camera looks in each frame, world [m]
     camera: Camera  #: The camera
-    clock: Clock  #: Clock of the picture
+    clock: AnimationClock  #: Clock of the picture
     prefix: str  #: Beginning of the names of the elements
     per_metre: float  #: Drawing units per metre

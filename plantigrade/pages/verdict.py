@@ -6,11 +6,11 @@ import numpy as np
 
 from plantigrade.analyze.gait_profile import MIN_IMPORTANT_DIFFERENCE
 from plantigrade.analyze.pushes import push_intervals
-from plantigrade.pages.section import Subject
+from plantigrade.pages.section import ReportedRun
 from plantigrade.printable import joined
 
 
-def verdict_sentence(subject: Subject) -> str:
+def verdict_sentence(subject: ReportedRun) -> str:
     """Return what became of the person, in one sentence; empty if nothing is known.
 
     A run that is not ok gets its status as the end of the sentence.
@@ -38,7 +38,7 @@ _FAILED = {
 }
 
 
-def _reason(subject: Subject) -> str:
+def _reason(subject: ReportedRun) -> str:
     """Return the status; of several findings of the check the worst, and the number of others."""
     findings, status = subject.text_signal("check.findings"), subject.run.status
     if len(findings) < 2 or not status.startswith(findings[0]):
@@ -47,7 +47,7 @@ def _reason(subject: Subject) -> str:
     return f"{findings[0]} (and {more} more finding{'s' if more > 1 else ''})"
 
 
-def acted_on_body(subject: Subject) -> list[str]:
+def acted_on_body(subject: ReportedRun) -> list[str]:
     """Return what acted on a simulated person beyond gravity and level ground, in short phrases."""
     pushes, settings = push_intervals(subject.record), subject.run.provenance.settings
     found, pulled = [], bool(settings.get("rope")) and not settings.get("push")
@@ -67,7 +67,7 @@ def acted_on_body(subject: Subject) -> list[str]:
     return found + _terrain(subject)
 
 
-def _terrain(subject: Subject) -> list[str]:
+def _terrain(subject: ReportedRun) -> list[str]:
     ground = subject.record.ground
     if ground.bumps or ground.field is not None:
         return ["uneven ground"]
@@ -77,7 +77,7 @@ def _terrain(subject: Subject) -> list[str]:
     return [f"a slope of {abs(slope):.0f}°"] if abs(slope) > 0.5 else []
 
 
-def _simulated(subject: Subject) -> str:
+def _simulated(subject: ReportedRun) -> str:
     """Return whether the person stayed on their feet, and what they withstood."""
     acted, fell = acted_on_body(subject), subject.number("fell_at_s")
     diverged = subject.number("diverged_at_s")
@@ -97,7 +97,7 @@ def _simulated(subject: Subject) -> str:
     return f"{text}, exposed to {joined(acted)}." if acted else f"{text}."
 
 
-def _recorded(subject: Subject) -> str:
+def _recorded(subject: ReportedRun) -> str:
     """Return how a recorded person moves."""
     speed, number = subject.number("walking_speed_m_s"), subject.number
     cadence, running = number("cadence_steps_min"), number("running_speed_m_s")
@@ -123,7 +123,7 @@ def _steps(cadence: float | None) -> str:
     return "" if cadence is None else f" with {cadence:.0f} steps per minute"
 
 
-def _reproduced(subject: Subject) -> str:
+def _reproduced(subject: ReportedRun) -> str:
     """Return how near a reproduced walk is to the recorded one."""
     mean, most = subject.number("rom_error_mean_deg"), subject.number("rom_error_max_deg")
     text = "The tasks alone reproduce the recorded walk"
@@ -133,7 +133,7 @@ def _reproduced(subject: Subject) -> str:
     return f"{text}: ranges of the joints differ by {mean:.1f}° on average{worst}."
 
 
-def _checked(subject: Subject) -> str:
+def _checked(subject: ReportedRun) -> str:
     """Return that a generated motion is physical, and what it does."""
     count = len(subject.record.signals["check.quantity"])
     speed, error = subject.number("walking_speed_m_s"), subject.number("tracking_angle_rms_deg")
@@ -146,7 +146,7 @@ def _checked(subject: Subject) -> str:
     return text + ("." if error is None else f"; angles follow the recording within {error:.1f}°.")
 
 
-def _vaulted(subject: Subject) -> str:
+def _vaulted(subject: ReportedRun) -> str:
     speed = subject.number("take_off_speed_m_s")
     text = "The gymnast leaves the table"
     return f"{text}." if speed is None else f"{text} upward at {speed:.2f} m/s."

@@ -22,7 +22,7 @@ from plantigrade.record.batch import BatchFolder, Row
 from plantigrade.record.jobs import Done, Workers
 from plantigrade.record.metrics import METRICS
 from plantigrade.record.provenance import sha256_of
-from plantigrade.workflows.batch_items import Group, Item, Pace, Result
+from plantigrade.workflows.batch_items import BatchPace, Group, Item, ItemResult
 from plantigrade.workflows.batch_work import Keep, Kept, Made, Work, made, unpack
 
 ITEMS_AHEAD = 32
@@ -93,7 +93,7 @@ class BatchSettings:
         return cls(**own), {name: x for name, x in options.items() if name not in names}
 
 
-class Batch(Iterable[Result]):
+class Batch(Iterable[ItemResult]):
     """Results of many items, computed while it is iterated over, as they arrive.
 
     Every other use (``members``, ``status``, ``to_dataframe()``) computes what is left first.
@@ -122,13 +122,13 @@ class Batch(Iterable[Result]):
             self._store.announce([*plan.names, *plan.folders])
             self._kept = self._kept._replace(folder=self.folder)
         self.lines: tuple[str, ...] = ()  #: Printed about all items together once they have ended
-        self._held: dict[str, Result] = {}
+        self._held: dict[str, ItemResult] = {}
         self._metrics: dict[str, Any] = {}
-        self._arriving: Iterator[Result] | None = None
+        self._arriving: Iterator[ItemResult] | None = None
         self._begun = self._ended = False
-        self._pace = Pace(len(plan.names), self._say)
+        self._pace = BatchPace(len(plan.names), self._say)
 
-    def __iter__(self) -> Iterator[Result]:
+    def __iter__(self) -> Iterator[ItemResult]:
         """Yield results as they arrive; all of them in order once they have been computed."""
         if self._ended:
             yield from self.members
@@ -154,7 +154,7 @@ class Batch(Iterable[Result]):
             )
 
     @property
-    def members(self) -> tuple[Result, ...]:
+    def members(self) -> tuple[ItemResult, ...]:
         """Every result, in the order of the items."""
         self.finish()
         if self._store is None:
@@ -196,14 +196,14 @@ class Batch(Iterable[Result]):
         pandas = require("pandas", "tables")
         return pandas.DataFrame([one.row() for one in self.members]).set_index("name")
 
-    def _computed(self) -> Iterator[Result]:
-        pace = self._pace = Pace(len(self._plan.names), self._say)
+    def _computed(self) -> Iterator[ItemResult]:
+        pace = self._pace = BatchPace(len(self._plan.names), self._say)
         with self._workers as workers:
             for groups in _rounds(self._left(pace), ITEMS_AHEAD * workers.count):
                 yield from self._round(groups, workers, pace)
         self._end(pace)
 
-    def _left(self, pace: "Pace") -> Iterator[Group]:
+    def _left(self, pace: "BatchPace") -> Iterator[Group]:
         """Yield the items of each group that are still to be computed; count the others."""
         before = {} if self._store is None else self._store.before
         of_file = {file: name for name, (file, _) in before.items() if file}
@@ -228,7 +228,9 @@ class Batch(Iterable[Result]):
         last = METRICS if self._kept.what == "runs" else "report.html"
         return all((self.folder / name / file).is_file() for file in (METRICS, last))
 
-    def _round(self, groups: Sequence[Group], workers: Workers, pace: "Pace") -> Iterator[Result]:
+    def _round(
+        self, groups: Sequence[Group], workers: Workers, pace: "BatchPace"
+    ) -> Iterator[ItemResult]:
         begun: dict[int, Done] = {}
         if self._plan.begin is not None:
             first = [(k, group.begin) for k, group in enumerate(groups) if group.begin is not None]
@@ -246,7 +248,7 @@ class Batch(Iterable[Result]):
         for done in workers.run(work, tasks, ordered=False):
             yield self._arrived(done, pace)
 
-    def _arrived(self, done: Done, pace: "Pace") -> Result:
+    def _arrived(self, done: Done, pace: "BatchPace") -> ItemResult:
         """Store the result of one item and return it."""
         item: Item = done.item[0]
         made: Made | None = done.result
@@ -283,22 +285,22 @@ class Batch(Iterable[Result]):
         pace.ended(result, self._plan.kind)
         return result
 
-    def _from_row(self, row: Row) -> Result:
+    def _from_row(self, row: Row) -> ItemResult:
         folder = None if self.folder is None or row.failed else self.folder / row.name
         if folder is not None and not (folder / METRICS).is_file():
             folder = None
         problem = row.status if row.failed else ""
         source = Path(row.file) if row.file else None
-        return Result(row.name, source, row.varied, row.figures, row.status, problem, folder,
+        return ItemResult(row.name, source, row.varied, row.figures, row.status, problem, folder,
                       left_out=row.left_out, warnings=tuple(row.warnings))  # fmt: skip
 
-    def _results(self) -> Iterator[Result]:
+    def _results(self) -> Iterator[ItemResult]:
         """Yield all results without holding those that are in a folder."""
         if self._store is None:
             return iter(self._held.values())
         return map(self._from_row, self._store.rows())
 
-    def _end(self, pace: "Pace") -> None:
+    def _end(self, pace: "BatchPace") -> None:
         pace.close()
         kind = self._plan.kind
         counts = kind.counts(self._results())
@@ -318,7 +320,7 @@ class Batch(Iterable[Result]):
         self._ended = True
 
 
-def _failed(result: Result) -> bool:
+def _failed(result: ItemResult) -> bool:
     return bool(result.problem) and not result.left_out
 
 

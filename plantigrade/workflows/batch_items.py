@@ -42,7 +42,7 @@ class Group:
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class ItemResult:
     """Result of one item."""
 
     name: str  #: Its name, and that of its folder
@@ -93,7 +93,7 @@ def content_key(*parts: Any) -> str:
     return hashlib.sha256(metrics_json({"parts": parts}).encode()).hexdigest()
 
 
-class Pace:
+class BatchPace:
     """Says what has ended, how fast, and how long the rest will take."""
 
     def __init__(self, count: int, say: Callable[[str], None]):
@@ -101,7 +101,7 @@ class Pace:
         self.done = self.found = self._printed_found = 0
         self._began = self._last_line_time = time.perf_counter()
 
-    def ended(self, result: Result, kind: BatchKind) -> None:
+    def ended(self, result: ItemResult, kind: BatchKind) -> None:
         """Count an item that has ended; print a line, in large batches only now and then."""
         self.close()
         self.done += 1

@@ -47,7 +47,7 @@ BY_HAND = Info(
 SWITCH_INTERVAL = 1e-3  # [s] switch interval of Python threads while another one waits
 
 
-class Stage:
+class SessionWorlds:
     """Makes the worlds of a session from the settings of a simulation.
 
     Args:
@@ -123,7 +123,7 @@ class Live:
     """A session and what it was made of."""
 
     session: Session  #: The session
-    stage: Stage  #: Maker of its worlds
+    stage: SessionWorlds  #: Maker of its worlds
     began: float  #: When it began, by the clock of this process [s]
 
     def run(self) -> Run:
@@ -163,7 +163,7 @@ def prepare(
     mismatch, acting = surroundings(how)
     begin = start_of(source, how, step, command)
     own = None if controller is None or isinstance(controller, str) else controller
-    stage = Stage(begin, mismatch, how, (*acting, *disturbances), own)
+    stage = SessionWorlds(begin, mismatch, how, (*acting, *disturbances), own)
     session = Session(stage, stage.choice, until=how.duration)
     return Live(session=session, stage=stage, began=clock.perf_counter())
 

@@ -12,7 +12,7 @@ from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.errors import ParameterError
 from plantigrade.io.writing import csv_text
 from plantigrade.pages.batch import REPRODUCED
-from plantigrade.pages.study import Gait, study_html
+from plantigrade.pages.study import StudyGait, study_html
 from plantigrade.record import Run
 from plantigrade.record.batch import BatchFolder
 from plantigrade.record.inputs import Inputs, names_of
@@ -219,7 +219,7 @@ def study_files(
     }
     page = study_html(
         found.study,
-        [Gait(m.name, m.problem, m.metrics, m.comparison, m.name) for m in found.members],
+        [StudyGait(m.name, m.problem, m.metrics, m.comparison, m.name) for m in found.members],
         found.left_out,
         tasks=settings.tasks,
         status=status,

@@ -7,7 +7,7 @@ import numpy as np
 
 from plantigrade.control.pendulum.command import RECORDED, Style
 from plantigrade.control.pendulum.transfer import transferred_walk
-from plantigrade.control.pendulum.upper_body import POSES, Pose
+from plantigrade.control.pendulum.upper_body import POSES, FixedPose
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.stride import stride_of
 from plantigrade.kinematics.transfer import transferred
@@ -59,8 +59,8 @@ def styles_of(
     return tuple(walks), tuple(uppers)
 
 
-def _posed(human: Human, angles: Mapping[str, float]) -> Pose:
-    return Pose.of(human, {name: float(np.deg2rad(angle)) for name, angle in angles.items()})
+def _posed(human: Human, angles: Mapping[str, float]) -> FixedPose:
+    return FixedPose.of(human, {name: float(np.deg2rad(angle)) for name, angle in angles.items()})
 
 
 def timed(word: str, what: str, form: str) -> tuple[str, float | None]:
@@ -100,7 +100,7 @@ def _upper(word: str, human: Human, how: SimulateSettings, step: Step) -> Style:
         return Style(name=what, pose=_posed(human, POSES[what]), time=time)
     angles = pose_of(what)
     if angles is not None:
-        return Style(name=what, pose=Pose.of(human, angles), time=time)
+        return Style(name=what, pose=FixedPose.of(human, angles), time=time)
     record = _found(what, human, how, step)
     try:
         walk = transferred_walk(record, human)

@@ -25,7 +25,7 @@ from plantigrade.workflows.settings import OF_RECORDINGS, TrainSettings
 from plantigrade.workflows.steps import Step, silent
 
 if TYPE_CHECKING:
-    from plantigrade.learn.learning_curve import Progress
+    from plantigrade.learn.learning_curve import LearningProgress
 
 PAPER_PERSON = {"height": 1.50, "mass": 48.5, "joints": "66"}
 """The person of [Park2020]_, who walks where no recording is named."""
@@ -40,7 +40,7 @@ class Taught:
     seed: int  #: The seed
     folder: Path  #: Where its policy, learning curve and checkpoint are
     reached: bool  #: Whether the goal was
-    last: "Progress"  #: Last row of its learning curve
+    last: "LearningProgress"  #: Last row of its learning curve
 
 
 @on_one_thread
@@ -60,9 +60,9 @@ def train(
     Args:
         source: A recording, which is fitted first, or a run or its folder; without either the
             published mean walk on the person of [Park2020]_.
-        out: Folder; each seed has one of its own within.
-        resume: Take up what was stopped; what has ended is kept as it is.
-        tell: Called with the seed and a :class:`~plantigrade.learn.learning_curve.Progress` after
+        out: Folder; each seed has one of its own within. resume: Take up what was stopped; what has
+        ended is kept as it is. tell: Called with the seed and a
+        :class:`~plantigrade.learn.learning_curve.LearningProgress` after
             every part of a training.
         options: Fields of ``settings`` by name; they replace those of ``settings``.
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from plantigrade.commands import main as cli
-from plantigrade.commands.progress import Progress, Watch
+from plantigrade.commands.progress import Progress, SolverProgress
 from plantigrade.commands.synthesize import SUBCOMMANDS, parse
 from tests.conftest import QUICK_WALK
 
@@ -45,7 +45,7 @@ def test_a_warm_start_writes_its_folder(synthesized, tmp_path, capsys):
 def test_an_interrupted_run_is_checked_and_written(tmp_path, capsys, monkeypatch):
     """The first guess, which nobody should take for a walk."""
     ask = lambda self, stage, iterate: True  # noqa: E731
-    monkeypatch.setattr(Watch, "__call__", ask)
+    monkeypatch.setattr(SolverProgress, "__call__", ask)
     out = tmp_path / "guess"
     words = ["walk", "--periodic", *PERSON, "--strides", "1", "--nodes-per-second", "15"]
     assert cli.main(["synthesize", *words, "--out", str(out)]) == 3
@@ -131,7 +131,7 @@ def test_a_folder_that_has_the_name_of_a_task_does_not_hide_it(tmp_path, monkeyp
 def test_the_first_interrupt_stops_with_the_best_the_second_gives_up(synthesized, capsys):
     before = signal.getsignal(signal.SIGINT)
     iterate = synthesized.iterations[0][1]
-    watch = Watch(Progress())
+    watch = SolverProgress(Progress())
     with watch.listening():
         assert watch("first try", iterate) is False
         signal.raise_signal(signal.SIGINT)

@@ -9,7 +9,7 @@ from plantigrade.contact.ground import Bump, Ground
 from plantigrade.control.gait.reference import reference_of
 from plantigrade.control.pendulum import WalkCommand, Walker, walk_of
 from plantigrade.control.pendulum.crouch import Crouch, CrouchSettings
-from plantigrade.control.pendulum.frame import Frame, ObservedState, Terrain
+from plantigrade.control.pendulum.frame import HeadingFrame, ObservedState, Terrain
 from plantigrade.control.pendulum.path import PathSettings, depths_of, path_of, speeds_of
 from plantigrade.control.pendulum.reference import ScaledReference
 from plantigrade.errors import ParameterError
@@ -130,7 +130,7 @@ def test_a_point_where_the_walk_is_already_is_no_part_of_its_path():
 
 
 def test_a_frame_shows_the_world_as_it_is_from_there(walk):
-    frame, motion = Frame(), walk.motion
+    frame, motion = HeadingFrame(), walk.motion
     frame.steer(1.0, 0.2, 0.7)
     frame.shift(0.3)
     assert frame.to_world(np.array([1.0, -0.1, 0.0])) == pytest.approx([1.0, 0.2, 0.0])

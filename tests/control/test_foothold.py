@@ -7,7 +7,7 @@ from plantigrade.contact.ground import Ground, GroundStep, HeightField
 from plantigrade.control.gait.person import SoleShape
 from plantigrade.control.gait.phase import Foot
 from plantigrade.control.gait.swing import SwingOffsetSettings
-from plantigrade.control.pendulum.ground import GroundSettings, Sole
+from plantigrade.control.pendulum.ground import GroundSettings, SoleOnGround
 from plantigrade.control.pendulum.plan import body_axes
 
 LEG, SETTINGS = 0.9, GroundSettings()
@@ -23,7 +23,7 @@ def edge(y: float, height: float = 0.05) -> Ground:
     return Ground(field=HeightField((-2.0, -1.0), (4.0, 0.02), heights))
 
 
-def spread(sole: Sole, ground: Ground, place) -> float:
+def spread(sole: SoleOnGround, ground: Ground, place) -> float:
     """Return by how much the ground differs from one side of the sole to the other [m]."""
     high = sole.heights(ground, np.array([place]), X)[0]
     return float(np.abs(high[:, 0] - high[:, 1]).max())
@@ -31,7 +31,7 @@ def spread(sole: Sole, ground: Ground, place) -> float:
 
 @pytest.mark.parametrize("y", (0.08, 0.1, 0.12))
 def test_a_foot_that_would_land_half_on_an_edge_is_put_beside_it(y):
-    sole, ground, place = Sole(LEG, SHAPE, 1.0), edge(y), np.array([0.3, 0.1])
+    sole, ground, place = SoleOnGround(LEG, SHAPE, 1.0), edge(y), np.array([0.3, 0.1])
     assert spread(sole, ground, place) == pytest.approx(0.05)
     shift = sole.shift(ground, place, np.array([0.0, -0.1]), np.eye(2), 0.3)
     assert spread(sole, ground, place + shift) < 0.005
@@ -43,7 +43,7 @@ def test_a_foot_that_would_land_half_on_an_edge_is_put_beside_it(y):
 
 def test_on_a_plane_nothing_is_shifted_and_never_a_foot_onto_the_other():
     place, other = np.array([0.3, 0.1]), np.array([0.0, -0.1])
-    level = Sole(LEG, SHAPE, 1.0).shift(
+    level = SoleOnGround(LEG, SHAPE, 1.0).shift(
         Ground(steps=(GroundStep(5.0, 0.1),)), place, other, np.eye(2), 0.3
     )
     np.testing.assert_array_equal(level, [0.0, 0.0])
@@ -51,11 +51,11 @@ def test_on_a_plane_nothing_is_shifted_and_never_a_foot_onto_the_other():
     near = np.array(
         [0.0, 0.1 - SwingOffsetSettings.min_foot_distance * LEG - 0.01]
     )  # a shift inward would be on this foot
-    assert Sole(LEG, SHAPE, 1.0).shift(ground, place, near, np.eye(2), 0.3)[1] > 0.0
+    assert SoleOnGround(LEG, SHAPE, 1.0).shift(ground, place, near, np.eye(2), 0.3)[1] > 0.0
 
 
 def test_a_sole_lies_on_heel_and_ball_and_is_kept_level_over_an_edge_along_it():
-    sole = Sole(LEG, SHAPE, 1.0)
+    sole = SoleOnGround(LEG, SHAPE, 1.0)
     over = sole.under(Ground(steps=(GroundStep(0.05, 0.05),)), np.zeros(2), X)
     rise = np.arctan(0.05 / (SHAPE.ball - SHAPE.heel))
     np.testing.assert_allclose(np.arctan2(-over[0], over[2]), rise, atol=1e-9)
@@ -68,7 +68,7 @@ def test_a_sole_lies_on_heel_and_ball_and_is_kept_level_over_an_edge_along_it():
 
 
 def test_a_foot_on_its_way_turns_from_how_it_stood_to_how_it_lands():
-    sole, ground = Sole(LEG, SHAPE, 1.0), Ground(steps=(GroundStep(0.5, 0.1),))
+    sole, ground = SoleOnGround(LEG, SHAPE, 1.0), Ground(steps=(GroundStep(0.5, 0.1),))
     foot, at = Foot("l", 1, True), np.zeros(3)
     stood = sole.normal(ground, foot, 0.0, at, X, None, X)
     foot.in_stance, foot.lift_off, foot.touchdown = False, 1.0, 1.5

@@ -7,9 +7,9 @@ import pytest
 from scipy.integrate import solve_ivp, trapezoid
 
 from plantigrade.constants import GRAVITY
-from plantigrade.control.gait.person import Person
+from plantigrade.control.gait.person import GaitPerson
 from plantigrade.control.pendulum import PendulumSettings
-from plantigrade.control.pendulum.footstep import Reach, next_footstep
+from plantigrade.control.pendulum.footstep import FootReach, next_footstep
 from plantigrade.control.pendulum.landing_laws import (
     LAWS,
     DivergentLaw,
@@ -123,9 +123,9 @@ def test_after_a_push_the_extrapolated_centre_brings_the_orbit_back(touchdown):
 
 
 @pytest.fixture
-def reach(touchdown) -> Reach:
+def reach(touchdown) -> FootReach:
     """The reach of a foot at rest."""
-    return Reach(
+    return FootReach(
         axes=np.eye(2),
         nominal=touchdown.footstep,
         side=1.0,
@@ -194,4 +194,4 @@ def test_a_footstep_compensates_for_the_momentum_of_the_leg(reach):
 
 def test_a_swing_leg_has_a_twentieth_of_the_momentum(walk):
     for human in (Human.create(height=1.5, mass=50.0), Human.create(height=1.95, mass=110.0)):
-        assert 0.04 < Person.of(replace(walk, human=human)).leg_momentum < 0.06
+        assert 0.04 < GaitPerson.of(replace(walk, human=human)).leg_momentum < 0.06

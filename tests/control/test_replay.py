@@ -8,7 +8,7 @@ import pytest
 
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.gait.clearance import clearance_of
-from plantigrade.control.gait.phase import Gait, GaitSettings, Touchdown
+from plantigrade.control.gait.phase import GaitSettings, GaitState, Touchdown
 from plantigrade.control.gait.reference import STEP, before, period_of, reference_of
 from plantigrade.control.gait.tasks import desired_accelerations, leg_joints
 from plantigrade.control.replay import Replay, ReplaySettings
@@ -105,17 +105,17 @@ def test_undisturbed_it_asks_for_what_the_motion_itself_has(replay):
 
 
 @pytest.fixture
-def gait(replay) -> Gait:
-    return Gait(replay.reference, 700.0)
+def gait(replay) -> GaitState:
+    return GaitState(replay.reference, 700.0)
 
 
-def swinging(gait: Gait) -> int:
+def swinging(gait: GaitState) -> int:
     """Return the foot that swings in a side step, 0 right, 1 left."""
     stances = gait.reference.schedule.stances
     return SIDES.index(next(s for s in stances if np.isfinite(s.start)).side)
 
 
-def step(gait: Gait, load, offsets=((0.0, 0.0, 0.0),) * 2, far=(False, False)) -> None:
+def step(gait: GaitState, load, offsets=((0.0, 0.0, 0.0),) * 2, far=(False, False)) -> None:
     gait.update(gait.phase, STEP, np.array(load), np.array(offsets), np.eye(2), far)
 
 

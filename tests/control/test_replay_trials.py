@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from plantigrade.control.replay import Replay, trials
-from plantigrade.control.replay.trials import Outcome, certified, largest_push, replay_once
+from plantigrade.control.replay.trials import ReplayOutcome, certified, largest_push, replay_once
 from plantigrade.record import Run
 from plantigrade.world.model_mismatch import ModelMismatch
 
@@ -40,7 +40,7 @@ def test_the_largest_push_is_found_by_bisection_and_legs_stay_solid(controller, 
     def once(controller, duration, *, seed, acting):
         force = float(acting[0].force)
         tried.append(force)
-        return Outcome(force < 330.0, 1.0, 0.0, 0.0, {}, 0.05 if force > 270.0 else 0.015)
+        return ReplayOutcome(force < 330.0, 1.0, 0.0, 0.0, {}, 0.05 if force > 270.0 else 0.015)
 
     monkeypatch.setattr(trials, "replay_once", once)
     forces = tuple(float(f) for f in range(50, 501, 50))

@@ -10,7 +10,13 @@ from plantigrade.control.pendulum import WalkCommand, Walker
 from plantigrade.control.pendulum.command import RECORDED, Style
 from plantigrade.control.pendulum.styles import Styles
 from plantigrade.control.pendulum.transition import PhaseMap, Transition, instants
-from plantigrade.control.pendulum.upper_body import POSES, Pose, UpperBody, source_of, upper_hinges
+from plantigrade.control.pendulum.upper_body import (
+    POSES,
+    BlendedUpperBody,
+    FixedPose,
+    source_of,
+    upper_hinges,
+)
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State
 from plantigrade.models import Human
@@ -116,18 +122,18 @@ def test_a_pose_is_of_spine_neck_and_arms_within_their_limits(walk):
     with pytest.raises(
         ParameterError, match="'knee_angle_r' of the upper body; there are .*lumbar_extension"
     ):
-        Pose.of(human, {"knee_angle_r": 0.3})
+        FixedPose.of(human, {"knee_angle_r": 0.3})
     with pytest.raises(ParameterError, match="elbow_flex_r=300° must be"):
-        Pose.of(human, {"elbow_flex_r": np.deg2rad(300.0)})
+        FixedPose.of(human, {"elbow_flex_r": np.deg2rad(300.0)})
     assert upper_hinges(human).sum() == human.coordinates.index("hip_flexion_l")
 
 
 def test_an_upper_body_keeps_the_legs_and_lowers_the_mass_as_its_posture_does(walk, both):
     human, reference = walk.human, both[1]
-    raised = Pose.of(human, {"arm_flex_r": 1.5, "arm_flex_l": 1.5})
-    bowed = Pose.of(human, {"lumbar_extension": -0.5})
+    raised = FixedPose.of(human, {"arm_flex_r": 1.5, "arm_flex_l": 1.5})
+    bowed = FixedPose.of(human, {"lumbar_extension": -0.5})
     for pose, higher in ((raised, True), (bowed, False)):
-        upper = UpperBody(human, reference, pose, None, 0.0)
+        upper = BlendedUpperBody(human, reference, pose, None, 0.0)
         upper.time = 10.0
         plain, row = reference.at(0.4), reference.at(0.4)
         upper.apply(row, 0.4, 1.0)
@@ -161,7 +167,7 @@ def test_an_upper_body_of_another_walk_is_in_step_and_leans_as_that_in_the_world
 
 
 def test_styles_are_chosen_by_number_and_begin_anew(walk, slower):
-    pose = Pose.of(walk.human, {"elbow_flex_r": 1.0})
+    pose = FixedPose.of(walk.human, {"elbow_flex_r": 1.0})
     walker = Walker(
         walk,
         WalkCommand(
@@ -189,7 +195,7 @@ def test_styles_are_chosen_by_number_and_begin_anew(walk, slower):
 def test_named_poses_have_both_arms_alike_whatever_was_recorded(joints):
     human = Human.create(joints=joints)
     for name, angles in POSES.items():
-        pose = Pose.of(human, {n: float(np.deg2rad(angle)) for n, angle in angles.items()})
+        pose = FixedPose.of(human, {n: float(np.deg2rad(angle)) for n, angle in angles.items()})
         held = dict(zip(np.array(human.coordinates)[pose.hinges], pose.angles, strict=True))
         arms = {n[:-2] for n in held if n.startswith(("arm", "elbow"))}
         assert name == "leaning" or arms == {"arm_flex", "arm_add", "arm_rot", "elbow_flex"}

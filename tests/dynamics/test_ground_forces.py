@@ -12,7 +12,7 @@ from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.force_program import ForceProgram, ForceScales
-from plantigrade.dynamics.force_rows import Layout, PathPrior, objective
+from plantigrade.dynamics.force_rows import ForceLayout, PathPrior, objective
 from plantigrade.dynamics.ground_forces import estimate_forces
 from plantigrade.dynamics.loading import Support, find_loading
 from plantigrade.dynamics.plates import FootForces
@@ -174,7 +174,7 @@ def test_in_a_turn_the_usual_force_to_the_side_weighs_less(human):
         prior = PathPrior(
             nowhere, np.ones((60, 2, 2)), np.zeros((60, 2)), ahead, np.full((60, 2), np.nan)
         )
-        rows = objective(needs, Layout.of(contact), prior, effort=False)
+        rows = objective(needs, ForceLayout.of(contact), prior, effort=False)
         A, _ = rows.system()
         weights.append(np.abs(A[rows.blocks["side"]]).max())
     assert weights[0] == pytest.approx(1.0) and weights[1] < 0.25

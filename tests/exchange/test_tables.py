@@ -10,7 +10,7 @@ from plantigrade import export
 from plantigrade.analyze.statistics import mean_sd
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.motion.cycles import normalise
-from plantigrade.pages.section import Subject
+from plantigrade.pages.section import ReportedRun
 
 
 def columns(path) -> dict[str, np.ndarray]:
@@ -77,7 +77,7 @@ def test_every_cycle_starts_and_ends_at_its_heel_strikes(walk, tmp_path):
 
 def test_the_mean_cycle_is_what_the_report_draws(walk, tmp_path):
     export(walk, tmp_path / "walk.csv", over="mean")
-    table, subject = columns(tmp_path / "walk.csv"), Subject(walk)
+    table, subject = columns(tmp_path / "walk.csv"), ReportedRun(walk)
     drawn = subject.force_curves
     for side in "rl":
         mine = table["side"] == side

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from plantigrade.kinematics.fit import fit_markers
-from plantigrade.kinematics.joint_distances import Segment, joint_centre, late_notes
+from plantigrade.kinematics.joint_distances import SegmentPoses, joint_centre, late_notes
 from plantigrade.kinematics.knee_height import knee_notes
 from plantigrade.kinematics.leg_segments import segment_of_leg
 from plantigrade.kinematics.marker_doubts import scale_notes, vertical_scale
@@ -43,7 +43,7 @@ def test_the_point_that_markers_keep_their_distance_to_is_the_joint(walk):
     human, places, markers, qpos = walk
     pelvis = [i for i, p in enumerate(places) if p.body == "pelvis"]
     thigh = [i for i, p in enumerate(places) if p.body == "femur_r"]
-    segment = Segment.of(markers.positions[:, pelvis], 0)
+    segment = SegmentPoses.of(markers.positions[:, pelvis], 0)
     assert segment is not None
     centre, error = joint_centre(segment.seen_from_here(markers.positions[:, thigh]))
     hip = PointSet.of(human, [attachments(human)["hip_joint_r"]]).path(qpos)

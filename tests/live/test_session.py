@@ -12,11 +12,11 @@ from plantigrade.control.choices import ControllerKind
 from plantigrade.errors import ParameterError
 from plantigrade.live import frame
 from plantigrade.live import session as live
-from plantigrade.live.clock import MAX_LAG, Clock, Pace
+from plantigrade.live.clock import MAX_LAG, Clock, LoopPace
 from plantigrade.live.session import Choice, Session
 from plantigrade.models import Human
 from plantigrade.record import Provenance
-from plantigrade.workflows.live import Stage
+from plantigrade.workflows.live import SessionWorlds
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.simulation_start import Start
 from plantigrade.world import Controller, Drawing, Rates, StablePD, Target
@@ -29,7 +29,9 @@ HOW = SimulateSettings(rate=300.0, control_rate=50.0)
 @pytest.fixture(scope="module")
 def stage():
     """What makes the worlds."""
-    return Stage(Start(HUMAN, Ground(), "standing", Provenance("", {})), ModelMismatch(), HOW)
+    return SessionWorlds(
+        Start(HUMAN, Ground(), "standing", Provenance("", {})), ModelMismatch(), HOW
+    )
 
 
 @pytest.fixture
@@ -163,7 +165,7 @@ def test_what_cannot_be_is_said_and_nothing_changes(session):
 
 def test_the_targets_and_drawings_of_a_controller_are_offered():
     begin = Start(HUMAN, Ground(), "standing", Provenance("", {}))
-    stage = Stage(begin, ModelMismatch(), HOW, own=Offering())
+    stage = SessionWorlds(begin, ModelMismatch(), HOW, own=Offering())
     session = Session(stage, stage.choice)
     assert session.choice.controller == "Offering"
     (bend,) = session.targets
@@ -178,7 +180,7 @@ def test_the_targets_and_drawings_of_a_controller_are_offered():
 
 
 def test_a_controller_that_fails_pauses_and_says_so(stage):
-    broken = Stage(stage.first, ModelMismatch(), HOW, own=lambda state: np.zeros(3))
+    broken = SessionWorlds(stage.first, ModelMismatch(), HOW, own=lambda state: np.zeros(3))
     session = Session(broken, broken.choice)
     session.advance(0.1)
     assert session.paused and session.world.time == 0.0 and "torque" in session.message
@@ -210,7 +212,7 @@ def test_a_clock_gives_up_what_a_slow_machine_owes():
 
 def test_a_late_turn_is_made_up_for_and_a_lost_one_is_not():
     ticks = iter([0.0, 0.004, 0.03, 0.05, 0.52])
-    pace = Pace(50.0, now=lambda: next(ticks))
+    pace = LoopPace(50.0, now=lambda: next(ticks))
     assert pace.time_to_wait() == pytest.approx(0.016)  # until 0.02
     assert pace.time_to_wait() == pytest.approx(0.01)  # 0.01 s late: until 0.04
     assert pace.time_to_wait() == pytest.approx(0.01)  # again: until 0.06
@@ -237,7 +239,7 @@ def test_a_controller_that_wants_commands_more_often_starts_anew(stage, monkeypa
         rates = Rates(physics=300.0, control=150.0)
 
     how = SimulateSettings(rate=300.0)
-    stage = Stage(stage.first, ModelMismatch(), how)
+    stage = SessionWorlds(stage.first, ModelMismatch(), how)
     monkeypatch.setattr(
         "plantigrade.control.choices.CONTROLLERS",
         {

@@ -11,7 +11,7 @@ from plantigrade.motion.cycles import PERCENT
 from plantigrade.pages.batch import FITS, PAGE, page_html_of
 from plantigrade.record import tables
 from plantigrade.record.batch import BatchFolder, Curve, Row
-from plantigrade.workflows.batch_items import Result
+from plantigrade.workflows.batch_items import ItemResult
 
 GOOD = {"marker_rms_mean_mm": 4.8, "height_m": 1.58, "walking_speed_m_s": 1.17, "gps_deg": 7.3,
         "strides_r_count": 3, "strides_l_count": 3}  # fmt: skip
@@ -29,7 +29,7 @@ def batch_page(folder: Path, rows: list[Row]) -> str:
         for page in () if row.failed else ("report.html", "metrics.json"):
             (folder / row.name / page).write_text("{}")
         store.add(row, {} if row.failed else curves)
-    ended = [Result(r.name, None, {}, r.figures, r.status, r.failed * r.status) for r in rows]
+    ended = [ItemResult(r.name, None, {}, r.figures, r.status, r.failed * r.status) for r in rows]
     counts = FITS.counts(ended)
     page = page_html_of(FITS, store, counts)
     store.finish(counts, {PAGE: page})

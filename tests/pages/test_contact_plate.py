@@ -10,8 +10,15 @@ from plantigrade.contact.site import contact_sites
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
 from plantigrade.motion import Motion
-from plantigrade.pages.contact_plate import DISC_LOAD, DISC_RADIUS, SCALE, Sole, foot_svg, plate_svg
-from plantigrade.pages.section import Subject
+from plantigrade.pages.contact_plate import (
+    DISC_LOAD,
+    DISC_RADIUS,
+    SCALE,
+    SoleOutline,
+    foot_svg,
+    plate_svg,
+)
+from plantigrade.pages.section import ReportedRun
 from plantigrade.pages.sections.plate import longest, plate_section
 from plantigrade.record import Record, Run
 
@@ -43,13 +50,13 @@ def rolled():
 
 def section(record: Record):
     """Return its section."""
-    found = plate_section(Subject(Run(record, "simulate", title="x", sentence="x", figures={})))
+    found = plate_section(ReportedRun(Run(record, "simulate", title="x", sentence="x", figures={})))
     assert len(found) <= 1
     return found[0] if found else None
 
 
 def test_a_disc_is_as_large_as_the_load_and_lies_where_it_presses():
-    sole = Sole.of(HUMAN, SITES, "r")
+    sole = SoleOutline.of(HUMAN, SITES, "r")
     load = np.zeros(len(SITES))
     load[HEEL], load[TOE] = DISC_LOAD, 0.25 * DISC_LOAD
     drawn = discs(foot_svg(sole, sole.place, load[sole.index], ""))
@@ -62,7 +69,7 @@ def test_a_disc_is_as_large_as_the_load_and_lies_where_it_presses():
 
 
 def test_the_left_foot_is_on_the_left():
-    soles = [Sole.of(HUMAN, SITES, side) for side in "rl"]
+    soles = [SoleOutline.of(HUMAN, SITES, side) for side in "rl"]
     load = np.where([s.side == "l" for s in SITES], 0.1, 0.05)
     drawn = plate_svg(soles, load)
     assert drawn.index("left 70 %") < drawn.index("right 35 %")
@@ -98,7 +105,7 @@ def test_a_measured_force_is_drawn_where_it_acts_on_a_turned_foot(rolled):
         contact_force=rolled.contact_force[:, [HEEL]],
         contact_point=np.tile(at, (n, 1, 1)),
     )
-    sole, spheres = Sole.of(HUMAN, record.sites, "r"), Sole.of(HUMAN, SITES, "r")
+    sole, spheres = SoleOutline.of(HUMAN, record.sites, "r"), SoleOutline.of(HUMAN, SITES, "r")
     there = spheres.place[list(spheres.index).index(HEEL)]
     np.testing.assert_allclose(sole.places(record, 3)[0], there, atol=1e-9)
     found = section(record)

@@ -9,7 +9,7 @@ import pytest
 from plantigrade.charts import Figure
 from plantigrade.pages.headline import headline_figures
 from plantigrade.pages.run_pages import moving_person, report_html, shown_part
-from plantigrade.pages.section import Section, Subject, draw_all
+from plantigrade.pages.section import ReportedRun, Section, draw_all
 from plantigrade.pages.sections import SECTIONS
 from plantigrade.pages.sections.clinical import grid_of
 from plantigrade.pages.verdict import verdict_sentence
@@ -28,7 +28,7 @@ def simulated(record, force: float = 80.0, **figures):
 
 
 def sentence(run) -> str:
-    return verdict_sentence(Subject(run))
+    return verdict_sentence(ReportedRun(run))
 
 
 def test_a_simulation_says_who_stayed_on_their_feet_and_what_they_withstood(record):
@@ -36,7 +36,7 @@ def test_a_simulation_says_who_stayed_on_their_feet_and_what_they_withstood(reco
     assert sentence(stood) == (
         "The person stayed on their feet for all 4.0 s and withstood a push of 80 N."
     )
-    tiles = headline_figures(Subject(stood))
+    tiles = headline_figures(ReportedRun(stood))
     assert list(tiles.items())[:2] == [
         ("on their feet", "all 4.0 s"), ("withstood", "a push of 80 N")
     ]  # fmt: skip
@@ -44,7 +44,7 @@ def test_a_simulation_says_who_stayed_on_their_feet_and_what_they_withstood(reco
     assert sentence(fell) == (
         "The person fell after 1.75 s, 0.75 s after the start of a push of 80 N."
     )
-    tiles = headline_figures(Subject(fell))
+    tiles = headline_figures(ReportedRun(fell))
     assert list(tiles.items())[:2] == [("fell", "at 1.75 s"), ("exposed to", "a push of 80 N")]
 
 
@@ -72,9 +72,9 @@ def test_generated_and_reproduced_motions_have_a_verdict(record):
 
 
 def test_the_picture_shows_the_push_and_the_fall(record):
-    assert shown_part(Subject(simulated(record))) == (0.5, 3.5)
-    assert shown_part(Subject(simulated(record, fell_at_s=3.0))) == (1.0, 3.8)
-    assert shown_part(Subject(fitted(record))) == (None, None)
+    assert shown_part(ReportedRun(simulated(record))) == (0.5, 3.5)
+    assert shown_part(ReportedRun(simulated(record, fell_at_s=3.0))) == (1.0, 3.8)
+    assert shown_part(ReportedRun(fitted(record))) == (None, None)
 
 
 def test_the_first_screen_moves_and_leads_to_the_viewer(record):
@@ -83,7 +83,7 @@ def test_the_first_screen_moves_and_leads_to_the_viewer(record):
     assert "animate" in person and len(person) < 150e3
     assert page.index('class="verdict"') < page.index('class="person"') < page.index("<nav")
     still = Record(record.human, record.motion.frames(slice(0, 1)))
-    assert moving_person(Subject(Run(still, "other"))) == ""
+    assert moving_person(ReportedRun(Run(still, "other"))) == ""
 
 
 @pytest.mark.parametrize("make", [fitted, simulated])
@@ -115,7 +115,7 @@ BEYOND = """[...document.querySelectorAll('body *')].filter(each => {
 
 def drawn(run) -> dict[str, Section]:
     """Return the sections of a report by title."""
-    return {section.title: section for section in draw_all(SECTIONS, Subject(run))}
+    return {section.title: section for section in draw_all(SECTIONS, ReportedRun(run))}
 
 
 def standing(record):

@@ -13,7 +13,7 @@ from plantigrade.charts.theme import DOTTED
 from plantigrade.pages.headline import headline_figures
 from plantigrade.pages.run_pages import pages, strip_of
 from plantigrade.pages.scene import assumed_bodies, build_scene
-from plantigrade.pages.section import Subject, draw_all
+from plantigrade.pages.section import ReportedRun, draw_all
 from plantigrade.pages.sections import SECTIONS
 from plantigrade.pages.sections.cycles import chosen
 from plantigrade.record import Limits, Run
@@ -29,7 +29,7 @@ def run():
 
 def sections(run):
     """Sections by title."""
-    return {section.title: section for section in draw_all(SECTIONS, Subject(run))}
+    return {section.title: section for section in draw_all(SECTIONS, ReportedRun(run))}
 
 
 def test_the_table_holds_the_measures_of_the_run(run):
@@ -43,7 +43,7 @@ def test_the_table_holds_the_measures_of_the_run(run):
     steps = [float(cell) for cell in rows["step length"][:2]]
     assert sum(steps) == pytest.approx(float(rows["stride length"][0]), rel=0.03)
     assert float(rows["stance"][1]) + float(rows["swing"][1]) == pytest.approx(100, abs=0.1)
-    assert Subject(run).foot_off == {"r": m["stance_r_pct"], "l": m["stance_l_pct"]}
+    assert ReportedRun(run).foot_off == {"r": m["stance_r_pct"], "l": m["stance_l_pct"]}
 
 
 def test_curves_are_complete_and_in_their_units(run):
@@ -55,14 +55,14 @@ def test_curves_are_complete_and_in_their_units(run):
     moments = found["Joint moments"].figures
     assert len(moments) == len(LOADED_JOINTS) and all("[N m/kg]" in f.svg for f in moments)
     assert all("[W/kg]" in f.svg for f in found["Joint powers"].figures)
-    curves = Subject(run).force_curves
+    curves = ReportedRun(run).force_curves
     (up,) = (c for c in chosen(curves.percent, curves.forces, ("up",), "BW") if c.name[-1] == "r")
     assert up.name == "ground_force_up_r" and 0.9 < np.nanmax(up.values) < 1.6
 
 
 def test_a_textbook_walk_lies_in_the_band_of_the_book(run):
     """The knee of the mean walk stays within two standard deviations of the published mean."""
-    subject = Subject(run)
+    subject = ReportedRun(run)
     band = norms.norm("knee_angle", subject.speed_class)
     for side in ("r", "l"):
         values = subject.angle_curves.angles[f"knee_angle_{side}"]
@@ -78,7 +78,7 @@ def test_norms_are_those_of_the_speed(run, speed):
     child = {"age_years": 9.0, "walking_speed_m_s": speed}
     walked = replace(run, figures={**run.figures, **leg, **child})
     expected = norms.speed_class(speed, sum(leg.values()))
-    assert Subject(walked).speed_class == expected
+    assert ReportedRun(walked).speed_class == expected
     off = norms.FOOT_OFF[expected]
     rows = {row[0]: row for row in sections(walked)["Spatio-temporal measures"].rows}
     assert rows["stance"][-1] == f"{off[0]} ± {off[1]}"
@@ -100,7 +100,7 @@ def test_without_a_cycle_nothing_is_said_of_walking(run):
     assert "Joint angles over the gait cycle" not in found
     assert found["Spatio-temporal measures"].missing
     assert found["Joint powers over time"].figures
-    assert "knee" not in " ".join(headline_figures(Subject(still)))
+    assert "knee" not in " ".join(headline_figures(ReportedRun(still)))
 
 
 def test_missing_figures_are_left_out(run):
@@ -165,7 +165,7 @@ def test_assumed_parts_of_the_body_are_drawn_paler(run):
         assert (shape.paint != plain.paint) == paler
         assert all(a >= b for a, b in zip(shape.paint, plain.paint, strict=True))
     plain, paler = (
-        set(re.findall(r"#[0-9a-f]{6}", strip_of(Subject(each))))
+        set(re.findall(r"#[0-9a-f]{6}", strip_of(ReportedRun(each))))
         for each in (run, replace(run, record=record))
     )
     assert paler - plain, "the arm has colours of its own"

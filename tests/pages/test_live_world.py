@@ -16,7 +16,7 @@ from plantigrade.pages.live_scene import frame_data, world_data
 from plantigrade.pages.live_world import LiveWorld
 from plantigrade.pages.page_server import SOCKET_PATH
 from plantigrade.record import Provenance
-from plantigrade.workflows.live import Stage
+from plantigrade.workflows.live import SessionWorlds
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.simulation_start import Start
 from plantigrade.world import Controller, Drawing, StablePD, Target
@@ -53,7 +53,7 @@ class Pointing(Controller):
 def new_session(ground: Ground | None = None, own: Controller | None = None) -> Session:
     """Return a session of a person who stands."""
     begin = Start(HUMAN, ground or Ground(), "standing", Provenance("", {}))
-    stage = Stage(begin, ModelMismatch(), SMALL, own=own)
+    stage = SessionWorlds(begin, ModelMismatch(), SMALL, own=own)
     return Session(stage, stage.choice)
 
 

@@ -18,10 +18,10 @@ from plantigrade.models import Human
 from plantigrade.pages.compare import compare_html
 from plantigrade.pages.run_pages import report_html
 from plantigrade.pages.scene import scene_model
-from plantigrade.pages.section import Subject, draw_all
+from plantigrade.pages.section import ReportedRun, draw_all
 from plantigrade.pages.sections import SECTIONS
 from plantigrade.pages.strip import strip_svg
-from plantigrade.pages.study import TABLE, Gait, study_html
+from plantigrade.pages.study import TABLE, StudyGait, study_html
 from plantigrade.record import Provenance
 from plantigrade.record.batch import Row
 from plantigrade.workflows.batch_work import figures_of
@@ -39,7 +39,9 @@ LONG = Provenance(
 
 def study_page(n: int) -> str:
     """The page of a study of so many gaits."""
-    gaits = [Gait(f"walk {k}", "", {"cycles_count": 1}, comparison(k), f"w{k}") for k in range(n)]
+    gaits = [
+        StudyGait(f"walk {k}", "", {"cycles_count": 1}, comparison(k), f"w{k}") for k in range(n)
+    ]
     found = study([g.name for g in gaits], [g.comparison for g in gaits])
     return study_html(found, gaits, {}, tasks="paper", provenance={"command": "c" * 120})
 
@@ -70,7 +72,7 @@ def every_page(record, tmp_path_factory) -> dict[str, str]:
 
 def sections(run):
     """Sections by title."""
-    return {section.title: section for section in draw_all(SECTIONS, Subject(run))}
+    return {section.title: section for section in draw_all(SECTIONS, ReportedRun(run))}
 
 
 def words_of(page: str) -> str:
@@ -256,8 +258,8 @@ def test_adults_are_compared_with_adults_and_children_with_children(record):
 
 def test_a_small_person_of_unknown_age_is_a_child():
     small = walk(Human.create(1.25, 25.0))
-    assert Subject(fitted(small)).population is norms.CHILDREN
-    assert Subject(fitted(small, age_years=30.0)).population is norms.ADULTS
+    assert ReportedRun(fitted(small)).population is norms.CHILDREN
+    assert ReportedRun(fitted(small, age_years=30.0)).population is norms.ADULTS
 
 
 def test_a_slow_walk_is_shown_with_the_speed_of_the_norm(record):

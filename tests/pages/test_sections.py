@@ -14,7 +14,7 @@ from plantigrade.motion.motion import resampled
 from plantigrade.pages.headline import headline_figures
 from plantigrade.pages.run_pages import run_viewer
 from plantigrade.pages.scene import build_scene
-from plantigrade.pages.section import Subject, draw_all
+from plantigrade.pages.section import ReportedRun, draw_all
 from plantigrade.pages.sections import SECTIONS
 from plantigrade.pages.sections.contacts import centre_of_pressure, inside_support, site_points
 from plantigrade.pages.text import sided_title
@@ -25,7 +25,7 @@ from tests.pages.runs import CHECKED, estimated, fitted, from_tasks, solved
 
 def sections(run):
     """Sections by title."""
-    return {section.title: section for section in draw_all(SECTIONS, Subject(run))}
+    return {section.title: section for section in draw_all(SECTIONS, ReportedRun(run))}
 
 
 def with_signals(run, **signals):
@@ -56,9 +56,9 @@ def test_a_fault_is_marked_and_described(record):
     assert found["Findings of the check"].rows == [["1", "the knee bends too far"]]
     assert "3 mm off" in found["Constraints the solver did not satisfy"].rows[0][1]
     assert "Findings of the check" not in sections(solved(record))
-    subject = Subject(solved(record, bad=True))
+    subject = ReportedRun(solved(record, bad=True))
     assert headline_figures(subject)["verdict"] == "failed"
-    assert headline_figures(Subject(solved(record))) == {
+    assert headline_figures(ReportedRun(solved(record))) == {
         "verdict": "passed", "walking speed": "1.25 m/s",
     }  # fmt: skip
 
@@ -66,7 +66,7 @@ def test_a_fault_is_marked_and_described(record):
 def test_a_simulation_begins_with_what_became_of_it(record):
     figures = {"speed_m_s": 1.234, "landings": 7, "astray_max_m": 0.861, "points_passed": 1}
     run = replace(fitted(record), kind="simulate", figures={**figures, "fell_at_s": 2.5})
-    facts = headline_figures(Subject(run))
+    facts = headline_figures(ReportedRun(run))
     assert facts == {
         "fell": "at 2.50 s", "speed": "1.23 m/s", "steps": "7",
         "distance from path, maximum": "0.86 m",
@@ -173,7 +173,7 @@ def test_residuals_are_drawn_in_powers_of_ten(record):
 
 
 def test_short_figures_of_a_motion_from_tasks(record):
-    assert list(headline_figures(Subject(from_tasks(record))).values()) == ["2.3°", "−1.2 mm"]
+    assert list(headline_figures(ReportedRun(from_tasks(record))).values()) == ["2.3°", "−1.2 mm"]
 
 
 # Forces -------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from plantigrade.analyze import Comparison, study
 from plantigrade.analyze.gait_study import FIGURES, PAPER_TABLE
 from plantigrade.analyze.reproduction import ROTATIONS
 from plantigrade.motion.cycles import PERCENT, Cycle
-from plantigrade.pages.study import TABLE, Gait, study_html
+from plantigrade.pages.study import TABLE, StudyGait, study_html
 from plantigrade.pages.text import sided_title
 
 
@@ -41,7 +41,7 @@ def comparison(seed: int) -> Comparison:
 def page():
     """A page of six gaits, one of which failed, and a recording that was left out."""
     gaits = [
-        Gait(f"walk {k}", "fell < over" if k == 5 else "",
+        StudyGait(f"walk {k}", "fell < over" if k == 5 else "",
              {"cycles_count": 1, "rom_error_mean_deg": 6.5}, comparison(k), f"../walk-{k}")
         for k in range(6)
     ]  # fmt: skip
@@ -62,7 +62,7 @@ def rows_of(page: str, title: str) -> list[list[str]]:
 
 def test_links_lead_to_folders_of_any_name():
     """Letters that mean something in an address are quoted, and bytes that are no UTF-8."""
-    gait = Gait("a", "", {}, comparison(0), '../a b#1?"<\udcff')
+    gait = StudyGait("a", "", {}, comparison(0), '../a b#1?"<\udcff')
     page = study_html(None, [gait], {}, tasks="default")
     assert page.count('href="../a%20b%231%3F%22%3C%FF/report.html"') == 1
     assert page.count('href="../a%20b%231%3F%22%3C%FF/viewer.html"') == 1
@@ -101,7 +101,7 @@ def test_what_was_left_out_is_said_why(page):
 
 
 def test_a_study_without_a_valid_gait_is_still_a_page():
-    gaits = [Gait("walk", "it fell", {}, comparison(0), "../walk")]
+    gaits = [StudyGait("walk", "it fell", {}, comparison(0), "../walk")]
     page = study_html(None, gaits, {}, tasks="default", status="1 of 1 failed")
     assert "Individual gaits" in page and TABLE not in page and "it fell" in page
 

@@ -12,8 +12,8 @@ from plantigrade.trajopt import MotionTask, make_task, synthesize
 from plantigrade.trajopt.terms.carrying import (
     BehindTrajectory,
     Carried,
+    CarryingPath,
     FollowTrajectory,
-    Trajectory,
 )
 
 
@@ -28,7 +28,7 @@ def task(mass: float = 12.0) -> MotionTask:
 
 
 @cache
-def way() -> Trajectory:
+def way() -> CarryingPath:
     return next(t.way for t in task().terms if isinstance(t, FollowTrajectory))
 
 

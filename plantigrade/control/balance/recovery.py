@@ -14,7 +14,7 @@ from plantigrade.control.gait.person import leg_length
 from plantigrade.control.gait.step import StepPlanner, StepSettings
 from plantigrade.control.gait.support import beyond, nearest
 from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
-from plantigrade.control.gait.tasks import TaskSettings
+from plantigrade.control.gait.tasks import GaitTaskSettings
 from plantigrade.kinematics.state import CROSS, PointSet
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
@@ -47,15 +47,15 @@ class RecoverySettings:
     """Weight of the orientation of a foot [per (rad/s²)²], and of points that come to the ground
     once there were steps [per (m/s²)²]: the heel of a foot that trails in a long stance cannot come
     down, and must not outweigh balance. Chosen (±20 %: deviation 8 %)."""
-    foot_orientation_gain: float = TaskSettings.rotation_stiffness
+    foot_orientation_gain: float = GaitTaskSettings.rotation_stiffness
     """Stiffness of the orientation of a foot, critically damped [1/s²]; as in walking."""
-    foot_stopping_rate: float = TaskSettings.foot_stiffness**0.5
+    foot_stopping_rate: float = GaitTaskSettings.foot_stiffness**0.5
     """Rate at which a foot about to stand comes to rest over the ground [1/s]; that of feet in
     walking."""
     upright_weight: float = 50.0
     """Weight of pelvis and trunk upright [per (rad/s²)²]. Hips and arms may help, but a deep bow
     leaves nothing for the next step."""
-    trunk_stiffness: float = TaskSettings.joint_stiffness
+    trunk_stiffness: float = GaitTaskSettings.joint_stiffness
     """Stiffness of the lean of the trunk, critically damped [1/s²]; as of other joints."""
     spine_weight: float = 5.0
     """Weight of joints of trunk and neck [per (rad/s²)²]. Arms may swing; a trunk that twists takes
@@ -66,10 +66,10 @@ class RecoverySettings:
     momentum_reach: float = 0.05
     """Distance of desired pressure beyond the support: arms and trunk give the rest [m]. Chosen
     (±20 %: deviation 37 %)."""
-    contact_gain: float = TaskSettings.hanging_stiffness
+    contact_gain: float = GaitTaskSettings.hanging_stiffness
     """Stiffness of the height of points that come to the ground, once there were steps [1/s²]; as
     of a standing foot that hangs off the ground, in walking."""
-    max_vertical_acceleration: float = TaskSettings.max_vertical_acceleration
+    max_vertical_acceleration: float = GaitTaskSettings.max_vertical_acceleration
     """Greatest vertical acceleration of the centre of mass [m/s²]; as in walking. A body that sinks
     fast has no load on its feet, and no friction that stops a fall."""
     crouch: float = SwingSettings.clearance

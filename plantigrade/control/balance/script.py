@@ -63,7 +63,7 @@ class ScriptSettings:
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
+class ScriptFrame:
     """Desired feet at a time."""
 
     time: float  #: The time [s]
@@ -86,7 +86,7 @@ class Script:
     """
 
     title: str
-    frames: tuple[Frame, ...]
+    frames: tuple[ScriptFrame, ...]
 
     @property
     def duration(self) -> float:
@@ -123,7 +123,7 @@ def _read(path: Path, name: str) -> Script:
     if not isinstance(rows, list) or not rows:
         raise ParameterError(f"{name} has no [[frame]]")
     flat = np.tile(marks(*SEGMENTS), (2, 1))
-    frames = [Frame(0.0, np.zeros((2, 3)), flat, np.zeros(3), np.full((2, 2), np.nan))]
+    frames = [ScriptFrame(0.0, np.zeros((2, 3)), flat, np.zeros(3), np.full((2, 2), np.nan))]
     for i, row in enumerate(rows):
         where = f"{name}, frame {i + 1}"
         if not isinstance(row, Mapping):
@@ -135,7 +135,7 @@ def _read(path: Path, name: str) -> Script:
     return Script(str(table.get("title", name)), tuple(frames))
 
 
-def _frame(row: Mapping[str, Any], before: Frame, where: str) -> Frame:
+def _frame(row: Mapping[str, Any], before: ScriptFrame, where: str) -> ScriptFrame:
     """Return a frame; what it does not mention is as in the one before."""
     if unknown := set(row) - {"time", "right", "left", "both", "body"}:
         raise ParameterError(f"{where} says {', '.join(sorted(unknown))}")
@@ -167,7 +167,7 @@ def _frame(row: Mapping[str, Any], before: Frame, where: str) -> Frame:
     body = before.body
     if "body" in row:
         body = _numbers(row["body"], 3, MAX_OFFSET, f"{where}: body [m]")
-    return Frame(float(time), ankle, presses, body, toward)
+    return ScriptFrame(float(time), ankle, presses, body, toward)
 
 
 def _is_number(value: Any) -> bool:

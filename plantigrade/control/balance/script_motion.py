@@ -17,7 +17,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.balance.postures import PostureSolver, velocities_of
 from plantigrade.control.balance.reference import MotionReference
-from plantigrade.control.balance.script import RATE, Frame, Script, ScriptSettings
+from plantigrade.control.balance.script import RATE, Script, ScriptFrame, ScriptSettings
 from plantigrade.control.gait.support import inside
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
@@ -113,7 +113,11 @@ def _force_cost(spheres: Array, own: Array, toward: Array, settings: ScriptSetti
 
 
 def _goals(
-    solver: PostureSolver, frames: tuple[Frame, ...], between: Array, scale: float, off: set[int]
+    solver: PostureSolver,
+    frames: tuple[ScriptFrame, ...],
+    between: Array,
+    scale: float,
+    off: set[int],
 ) -> Array:
     """Return the goal of the centre of mass at every frame: over what presses before and after.
 

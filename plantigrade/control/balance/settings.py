@@ -9,7 +9,7 @@ from plantigrade.control.balance.flight import FlightSettings
 from plantigrade.control.balance.ground_contact import GroundContactSettings
 from plantigrade.control.balance.recovery import RecoverySettings
 from plantigrade.control.gait.phase import GaitSettings
-from plantigrade.control.gait.tasks import TaskSettings, within_foot
+from plantigrade.control.gait.tasks import GaitTaskSettings, within_foot
 from plantigrade.models import Human
 
 
@@ -17,10 +17,10 @@ from plantigrade.models import Human
 class JointGains:
     """Stiffness about the reference, critically damped."""
 
-    body: float = TaskSettings.joint_stiffness
+    body: float = GaitTaskSettings.joint_stiffness
     """Pelvis and joints above the feet [1/s²]; as in walking. With 80, pushes to eight sides took a
     fifth more steps."""
-    foot: float = TaskSettings.rotation_stiffness
+    foot: float = GaitTaskSettings.rotation_stiffness
     """Joints within a foot [1/s²]; as of the rotation of a foot in walking."""
 
     def of(self, human: Human) -> Float[Array, " nv"]:
@@ -80,9 +80,9 @@ class BalanceSettings:
     spine_weight: float = 0.2
     """Weight of lumbar and thoracic joints [per (rad/s²)²]: what keeps balance moves. Chosen (±20
     %: deviation 22 %)."""
-    arm_weight: float = TaskSettings.arm_weight**2
+    arm_weight: float = GaitTaskSettings.arm_weight**2
     """Weight of the joints of the arms [per (rad/s²)²]; as in walking."""
-    hip_weight: float = TaskSettings.leg_weight**2
+    hip_weight: float = GaitTaskSettings.leg_weight**2
     """Weight of the hips [per (rad/s²)²]; as in walking."""
     contact_gain: float = 300.0
     """Stiffness of the height of points that stay on the ground or come to it, critically damped

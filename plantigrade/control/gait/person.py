@@ -70,7 +70,7 @@ class SoleShape:
 
 
 @dataclass(frozen=True, eq=False)
-class Person:
+class GaitPerson:
     """A person, as gait controllers see them.
 
     Attributes:
@@ -102,7 +102,7 @@ class Person:
     strength: Float[Array, " n_hinges"]
 
     @classmethod
-    def of(cls, record: Record) -> "Person":
+    def of(cls, record: Record) -> "GaitPerson":
         """Return the person of a record, with the contact spheres of its world."""
         human, sites = record.human, world_sites(record)
         side_of = np.array([(*SIDES, "").index(s.side) for s in sites])

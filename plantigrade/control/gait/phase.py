@@ -13,7 +13,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.loads import LoadSettings
-from plantigrade.control.gait.reference import Reference
+from plantigrade.control.gait.reference import GaitReference
 from plantigrade.control.gait.step import StepSettings
 from plantigrade.control.gait.swing import SwingOffset, SwingOffsetSettings
 from plantigrade.wbc.forces import ForceSettings
@@ -104,7 +104,7 @@ class Touchdown:
     axes: Float[Array, "2 2"]  #: Ahead and to the left then, as columns
 
 
-class Gait:
+class GaitState:
     """Phase, feet and their offsets.
 
     Args:
@@ -120,7 +120,7 @@ class Gait:
 
     def __init__(
         self,
-        reference: Reference,
+        reference: GaitReference,
         weight: float,
         phase: float = 0.0,
         settings: GaitSettings | None = None,

@@ -60,7 +60,7 @@ class ReferenceSettings:
 
 
 @dataclass(frozen=True, eq=False)
-class Reference:
+class GaitReference:
     """Tables of a motion.
 
     Attributes:
@@ -107,7 +107,7 @@ def reference_of(
     clearance: Clearance | None = None,
     *,
     settings: ReferenceSettings | None = None,
-) -> Reference:
+) -> GaitReference:
     """Return the tables of a motion.
 
     Forces and torques are taken where the record has them; without them the load is where the feet
@@ -161,7 +161,9 @@ def reference_of(
     if ends:  # a last row at rest
         table[n] = np.where(derivative_order(layout) > 0, 0.0, table[n - 1])
     translation, duration = translation_of(layout), motion.duration
-    return Reference(table, layout, translation, schedule, omega, period, duration, advance, ends)
+    return GaitReference(
+        table, layout, translation, schedule, omega, period, duration, advance, ends
+    )
 
 
 def _of_all(force: Float[Array, "n k 3"], sites: tuple[ContactSite, ...]) -> Float[Array, "n k 3"]:

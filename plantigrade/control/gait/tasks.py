@@ -20,7 +20,7 @@ TRUNK = ("lumbar_", "thor")
 
 
 @dataclass(frozen=True, kw_only=True)
-class TaskSettings:
+class GaitTaskSettings:
     """Weights and gains of tasks: a weight is the root of the cost of a squared unit missed.
 
     The weight of joints of the spine is 1 [per rad/s²].
@@ -131,7 +131,7 @@ class TrackingTasks:
         swing: Position of each foot.
     """
 
-    def __init__(self, feet: PointSet, settings: TaskSettings):
+    def __init__(self, feet: PointSet, settings: GaitTaskSettings):
         s = self.settings = settings
         self.com = LinearMomentumTask(feet.human.mass, weight=np.array(s.com_weight) ** 2)
         sides, stiffness = range(len(feet)), (s.rotation_stiffness, s.hanging_stiffness)
@@ -167,7 +167,7 @@ class TrackingTasks:
         return task
 
 
-def joint_weights(human: Human, settings: TaskSettings) -> Float[Array, " n_hinges"]:
+def joint_weights(human: Human, settings: GaitTaskSettings) -> Float[Array, " n_hinges"]:
     """Return the weight of every hinge [per rad/s²]."""
     weights = []
     for name, within in zip(human.coordinates, within_foot(human), strict=True):
@@ -220,7 +220,7 @@ def desired_accelerations(
     ref: Instant,
     rate: float,
     body: State,
-    settings: TaskSettings,
+    settings: GaitTaskSettings,
     free: Bool[Array, " n_hinges"] | None = None,
 ) -> Float[Array, " nv"]:
     """Return the accelerations of pelvis and joints that lead back to the motion [rad/s²].

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from plantigrade.control.pendulum.path import Path, Timed
-from plantigrade.control.pendulum.upper_body import Pose
+from plantigrade.control.pendulum.upper_body import FixedPose
 from plantigrade.record import Record
 
 RECORDED = "recorded"  # Name of the upper body that is the walk's own
@@ -15,7 +15,7 @@ class Style:
 
     name: str  #: Its name
     record: Record | None = None  #: The walk or motion; None where it is a pose
-    pose: Pose | None = None  #: The pose
+    pose: FixedPose | None = None  #: The pose
     time: float | None = None  #: When it begins [s]; None if only by hand
 
 

@@ -10,9 +10,9 @@ from plantigrade.constants import SIDES
 from plantigrade.control.gait.clearance import Clearance, clearance_of
 from plantigrade.control.gait.disturbance import DisturbanceEstimator
 from plantigrade.control.gait.instant import Instant
-from plantigrade.control.gait.person import Person, leg_length
-from plantigrade.control.gait.phase import Gait
-from plantigrade.control.gait.reference import STEP, Reference, reference_of
+from plantigrade.control.gait.person import GaitPerson, leg_length
+from plantigrade.control.gait.phase import GaitState
+from plantigrade.control.gait.reference import STEP, GaitReference, reference_of
 from plantigrade.control.pendulum.feet import Feet
 from plantigrade.control.pendulum.footstep import Footstep
 from plantigrade.control.pendulum.ground import LocalGround, Soles
@@ -80,7 +80,7 @@ class Pendulum(Controller):
         if own.tick >= MAX_TICK:
             self.rates = replace(self.rates, control=0.5 * self.rates.control)
         self.clearance = clearance_of(record)
-        human, self.person = self.human, Person.of(record)
+        human, self.person = self.human, GaitPerson.of(record)
         self.reference = ScaledReference(self.reference_for(record, self.clearance), own.speed)
         repeats = self.reference.period is not None
         self.duration = max(record.motion.duration, WALK_DURATION if repeats else 0.0)
@@ -91,7 +91,7 @@ class Pendulum(Controller):
         self.footstep: Footstep | None = None
         self.footfalls: list[Footfall] = []
 
-    def reference_for(self, record: Record, clearance: Clearance) -> Reference:
+    def reference_for(self, record: Record, clearance: Clearance) -> GaitReference:
         """Return a walk of this person as it is followed: one that mass and feet can follow."""
         own, person = self.settings, self.person
         found = reference_of(record, clearance, settings=own.reference)
@@ -162,7 +162,7 @@ class Pendulum(Controller):
         """Go on, on the feet as they are, from a phase of the recording [s]."""
         assert self._world is not None  # it has begun
         own, feet = self.settings, body.origins[self.foot_bodies]
-        gait = self.gait = Gait(self.reference.recorded, self.record.weight, phase, own.gait)
+        gait = self.gait = GaitState(self.reference.recorded, self.record.weight, phase, own.gait)
         step = 1.0 / self._world.control_rate
         self._hold = CommandHold(own.tick, step, self.human.model.nv)
         self.plan = StepPlan(gait, self.reference, self.person, 2.0 * self._hold.half, own)
@@ -184,7 +184,7 @@ class Pendulum(Controller):
         qvel[:2] += (self.reference.at(0.0).com_velocity - own)[:2]
         return replace(initial, qvel=qvel)
 
-    def walk_on(self, gait: Gait) -> None:
+    def walk_on(self, gait: GaitState) -> None:
         """Go on as the reference is now, with the gait of another walk at a like instant."""
         self._clock += gait.phase - self.gait.phase
         self.gait = self.plan.gait = gait

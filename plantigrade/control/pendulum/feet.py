@@ -9,7 +9,7 @@ from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.phase import Foot
 from plantigrade.control.pendulum.footstep import Footstep
-from plantigrade.control.pendulum.ground import LocalGround, Sole, Soles
+from plantigrade.control.pendulum.ground import LocalGround, SoleOnGround, Soles
 from plantigrade.control.pendulum.plan import StepPlan
 from plantigrade.control.pendulum.swing import SwingPath, limit_to_reach
 from plantigrade.control.pendulum.tasks import WalkingTasks, tilt_to
@@ -37,7 +37,8 @@ class Feet:
         shape = plan.person.sole
         self._foot_length = shape.length
         self._soles = [
-            Sole(self.leg, shape, foot.side_sign, plan.settings.ground) for foot in plan.gait.feet
+            SoleOnGround(self.leg, shape, foot.side_sign, plan.settings.ground)
+            for foot in plan.gait.feet
         ]
         self._paths = [SwingPath(self.leg, shape, self.settings) for _ in SIDES]
         self._lift = np.zeros(len(SIDES))

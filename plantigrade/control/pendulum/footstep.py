@@ -48,7 +48,7 @@ class Footstep:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reach(FootstepLimits):
+class FootReach(FootstepLimits):
     """Where a foot can land, and how soon it can be there; ahead and to the left."""
 
     reach: PlanSettings  #: How far a leg reaches, and how much the body is lowered for it
@@ -68,7 +68,7 @@ class Reach(FootstepLimits):
     #: Reach on the ground from there [m]; any distance if absent
     spans: Float[Array, " m"] | None = None
 
-    def at(self, com: Float[Array, "m 2"], time: Float[Array, " m"]) -> "Reach":
+    def at(self, com: Float[Array, "m 2"], time: Float[Array, " m"]) -> "FootReach":
         """Return the reach at some times: a leg reaches less far from a high hip.
 
         Without it a foot that was led far aside hung over the ground until the body had fallen.
@@ -158,7 +158,7 @@ def next_footstep(
     stance_foot: Float[Array, " 2"],
     time: float,
     reference: ReferenceTouchdown,
-    reach: Reach,
+    reach: FootReach,
 ) -> Footstep:
     """Return the next footstep.
 

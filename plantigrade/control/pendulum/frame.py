@@ -17,7 +17,7 @@ from plantigrade.spatial.conventions import about_vertical
 from plantigrade.world import SimulatedWorld, State
 
 
-class Frame:
+class HeadingFrame:
     """A frame that is turned about the vertical.
 
     Attributes:
@@ -67,7 +67,7 @@ class Frame:
 class ObservedState(State):
     """A state of the world in a frame."""
 
-    def __init__(self, state: State, frame: Frame):
+    def __init__(self, state: State, frame: HeadingFrame):
         self._state, self._turn = state, frame.turn
         self.world, self.time = state.world, state.time
         self.qpos, self.qvel = state.qpos.copy(), state.qvel.copy()
@@ -94,7 +94,7 @@ class Terrain:
     It has those methods of :class:`~plantigrade.contact.ground.Ground` that a walk needs.
     """
 
-    def __init__(self, world: SimulatedWorld, frame: Frame):
+    def __init__(self, world: SimulatedWorld, frame: HeadingFrame):
         self._world, self._frame = world, frame
         self.ground: Ground = world.ground
         self.friction, self.steps = self.ground.friction, self.ground.steps

@@ -12,7 +12,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
-from plantigrade.control.gait.person import Person, SoleShape
+from plantigrade.control.gait.person import GaitPerson, SoleShape
 from plantigrade.control.gait.phase import Foot
 from plantigrade.control.gait.planner import FootstepSettings
 from plantigrade.control.gait.swing import SwingOffsetSettings
@@ -68,7 +68,7 @@ class LocalGround:
         normal: Its normal, but for bumps.
     """
 
-    def __init__(self, person: Person, ground: Ground, slope_distance: float):
+    def __init__(self, person: GaitPerson, ground: Ground, slope_distance: float):
         self.person = person
         self.ground: Ground | Terrain = ground
         self.normal: Array = ground.normal
@@ -111,7 +111,7 @@ class LocalGround:
         return Soles(low, height, normals)
 
 
-class Sole:
+class SoleOnGround:
     """One foot, and the ground under it.
 
     Args:

@@ -10,10 +10,10 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.divergent import effective_pivot
 from plantigrade.control.gait.instant import Instant
-from plantigrade.control.gait.person import Person
-from plantigrade.control.gait.phase import Foot, Gait
+from plantigrade.control.gait.person import GaitPerson
+from plantigrade.control.gait.phase import Foot, GaitState
 from plantigrade.control.gait.tasks import heading
-from plantigrade.control.pendulum.footstep import Footstep, Reach, next_footstep
+from plantigrade.control.pendulum.footstep import FootReach, Footstep, next_footstep
 from plantigrade.control.pendulum.landing_laws import LAWS, ReferenceTouchdown
 from plantigrade.control.pendulum.reference import ScaledReference
 from plantigrade.control.pendulum.settings import PendulumSettings
@@ -50,9 +50,9 @@ class StepPlan:
 
     def __init__(
         self,
-        gait: Gait,
+        gait: GaitState,
         reference: ScaledReference,
-        person: Person,
+        person: GaitPerson,
         step: float,
         settings: PendulumSettings,
     ):
@@ -187,7 +187,7 @@ class StepPlan:
 
     def _reach(
         self, foot: Foot, body: State, axes: Float[Array, "2 2"], width: float, level: float
-    ) -> Reach:
+    ) -> FootReach:
         """Return the reach of a foot, but for its own motion and the footstep of the reference.
 
         Args:
@@ -197,7 +197,7 @@ class StepPlan:
         """
         settings, own, none = self.settings, self.gait.settings.swing, np.zeros(2)
         leg, hip = self.person.leg_length, body.origin(f"femur_{foot.side}")
-        return Reach(
+        return FootReach(
             axes=self.axes,
             nominal=none,
             side=foot.side_sign,

@@ -27,12 +27,12 @@ from scipy.linalg import solve_banded
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.control.gait.instant import Instant, Layout, derivative_order, width_of
-from plantigrade.control.gait.reference import STEP, Reference, period_of
+from plantigrade.control.gait.reference import STEP, GaitReference, period_of
 from plantigrade.control.gait.schedule import StanceSchedule
 from plantigrade.control.pendulum.crouch import Crouch
 from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.control.pendulum.transition import Transition
-from plantigrade.control.pendulum.upper_body import UpperBody
+from plantigrade.control.pendulum.upper_body import BlendedUpperBody
 from plantigrade.kinematics.stride import stride_of
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import about_vertical, turned
@@ -81,7 +81,7 @@ def _along_x(record: Record, heading: float) -> Record:
     return Record(record.human, led, ground=record.ground, notes=record.notes)
 
 
-def with_feasible_com(reference: Reference, cop_smoothing: float = 0.0) -> Reference:
+def with_feasible_com(reference: GaitReference, cop_smoothing: float = 0.0) -> GaitReference:
     """Return a walk whose centre of mass moves over the ground as its feet can bear it.
 
     Args:
@@ -157,7 +157,7 @@ class ScaledReference:
         transition: From the walk before, as long as it turns into this one.
     """
 
-    def __init__(self, reference: Reference, settings: SpeedSettings | None = None):
+    def __init__(self, reference: GaitReference, settings: SpeedSettings | None = None):
         self.settings = settings or SpeedSettings()
         self.recorded = reference
         self.schedule: StanceSchedule = reference.schedule
@@ -165,7 +165,7 @@ class ScaledReference:
         self.duration, self.ends = reference.duration, reference.ends
         self.step_scale, self.cadence = 1.0, 1.0
         self.crouch: Crouch | None = None
-        self.upper: UpperBody | None = None
+        self.upper: BlendedUpperBody | None = None
         self.transition: Transition | None = None
         self._low = reference.rows.foot_position[:, :, 2].min(axis=0)
         self._along, self._moving = _on_axis(reference.layout, 0)

@@ -8,7 +8,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.balance import Reference, ReferenceState
-from plantigrade.control.gait.reference import Reference as GaitReference
+from plantigrade.control.gait.reference import GaitReference as GaitReference
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
 from plantigrade.motion.blends import quintic_rise

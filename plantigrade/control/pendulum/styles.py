@@ -6,28 +6,34 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.control.gait.clearance import Clearance, clearance_of
-from plantigrade.control.gait.phase import Gait
-from plantigrade.control.gait.reference import Reference
+from plantigrade.control.gait.phase import GaitState
+from plantigrade.control.gait.reference import GaitReference
 from plantigrade.control.pendulum.command import RECORDED, Style
 from plantigrade.control.pendulum.controller import Pendulum
 from plantigrade.control.pendulum.reference import ScaledReference
 from plantigrade.control.pendulum.summary import StyleChange
 from plantigrade.control.pendulum.transition import PhaseMap, Transition
-from plantigrade.control.pendulum.upper_body import Pose, Source, UpperBody, UpperMotion, source_of
+from plantigrade.control.pendulum.upper_body import (
+    BlendedUpperBody,
+    FixedPose,
+    Source,
+    UpperMotion,
+    source_of,
+)
 from plantigrade.errors import ParameterError
 from plantigrade.world import Target
 
 
 @dataclass(frozen=True, eq=False)
-class Walk:
+class PreparedWalk:
     """A walk ready to be walked."""
 
     name: str
-    reference: Reference
+    reference: GaitReference
     clearance: Clearance
 
     @classmethod
-    def of(cls, style: Style, pendulum: Pendulum) -> "Walk":
+    def of(cls, style: Style, pendulum: Pendulum) -> "PreparedWalk":
         """Return the walk of a style, for a person."""
         assert style.record is not None
         clearance = clearance_of(style.record)
@@ -59,16 +65,21 @@ class Styles:
                     f"has {human.model.nv}: the joints and feet of both must be the same"
                 )
         first = pendulum.reference.recorded
-        self._walks = [Walk(own, first, pendulum.clearance), *(Walk.of(w, pendulum) for w in walks)]
+        self._walks = [
+            PreparedWalk(own, first, pendulum.clearance),
+            *(PreparedWalk.of(w, pendulum) for w in walks),
+        ]
         for walk in self._walks[1:]:
             try:
                 PhaseMap(walk.reference.schedule, first.schedule)
             except ParameterError as error:
                 raise ParameterError(f"{own}, then {walk.name}: {error}") from error
-        self._uppers: list[tuple[str, Reference | Pose | None]] = [(RECORDED, None)]
+        self._uppers: list[tuple[str, GaitReference | FixedPose | None]] = [(RECORDED, None)]
         self._schedule = [(w.time, 0, i + 1) for i, w in enumerate(walks) if w.time is not None]
         for style in uppers:
-            what = style.pose if style.record is None else Walk.of(style, pendulum).reference
+            what = (
+                style.pose if style.record is None else PreparedWalk.of(style, pendulum).reference
+            )
             number = 0  # back to the walk's own
             if what is not None:
                 number = len(self._uppers)
@@ -154,7 +165,7 @@ class Styles:
         if self.changes and not self.changing:
             self._squares, self._counted = self._squares + error**2, self._counted + 1
 
-    def _source(self, other: Reference | Pose, time: float) -> Source:
+    def _source(self, other: GaitReference | FixedPose, time: float) -> Source:
         """Return an upper body for the legs of the present walk."""
         walk = self._pendulum.reference.recorded
         return source_of(self._pendulum.human, other, walk, time)
@@ -163,7 +174,7 @@ class Styles:
         """Let one upper body turn into another."""
         pendulum = self._pendulum
         reference, settings = pendulum.reference, pendulum.settings.speed
-        reference.upper = UpperBody(
+        reference.upper = BlendedUpperBody(
             pendulum.human, reference.recorded, source, before, since, settings
         )
 
@@ -192,7 +203,7 @@ class Styles:
             )
             self._set_upper(source, before, upper.since)
 
-    def _in_single_support(self, walk: Walk, time: float) -> StyleChange | None:
+    def _in_single_support(self, walk: PreparedWalk, time: float) -> StyleChange | None:
         """Begin a transition to another walk at a like instant; None if none can begin now."""
         pendulum, gait = self._pendulum, self._pendulum.gait
         before, settings = pendulum.reference, pendulum.settings.speed
@@ -205,7 +216,7 @@ class Styles:
         transition = Transition(walk.reference, before.recorded, settings)
         phases = transition.phases
         phase = phases.to_new(gait.phase)
-        new = Gait(walk.reference, gait.weight, phase, gait.settings)
+        new = GaitState(walk.reference, gait.weight, phase, gait.settings)
         if [f.in_stance for f in new.feet] != [f.in_stance for f in gait.feet]:
             return None
         reference = ScaledReference(walk.reference, settings)

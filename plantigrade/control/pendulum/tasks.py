@@ -18,7 +18,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.step import StepSettings
-from plantigrade.control.gait.tasks import TaskSettings, root_error, within_foot
+from plantigrade.control.gait.tasks import GaitTaskSettings, root_error, within_foot
 from plantigrade.control.pendulum.foot_task import FootTask
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import State
@@ -54,7 +54,7 @@ class WalkingTaskSettings:
     Springs are critically damped.
     """
 
-    weights: TaskSettings = TaskSettings()
+    weights: GaitTaskSettings = GaitTaskSettings()
     """Weights and stiffnesses."""
     joints: JointVelocitySettings = JointVelocitySettings()
     """Desired velocities of joints."""
@@ -73,7 +73,7 @@ class WalkingTaskSettings:
     max_cop_distance: float = 0.35
     """Greatest distance of the desired centre of pressure outside of the contacts [leg lengths]:
     the part that feet cannot give, trunk and arms give by angular momentum [Hof2007]_."""
-    steady_arm_weight: float = TaskSettings.leg_weight
+    steady_arm_weight: float = GaitTaskSettings.leg_weight
     """Weight of joints of arms and neck without such an error [per rad/s²]; as of legs: lighter
     ones were raised to hold the centre of mass up."""
     knee_stop_time: float = 0.025

@@ -18,7 +18,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.person import leg_length
-from plantigrade.control.gait.reference import Reference
+from plantigrade.control.gait.reference import GaitReference
 from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.control.pendulum.transition import PhaseMap
 from plantigrade.errors import ParameterError, known_names
@@ -55,14 +55,14 @@ POSES: Mapping[str, Mapping[str, float]] = {
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
+class FixedPose:
     """Angles of some hinges; the others stay as recorded."""
 
     hinges: Bool[Array, " n_hinges"]  #: Which
     angles: Float[Array, " n_posed"]  #: Their angles [rad]
 
     @classmethod
-    def of(cls, human: Human, angles: Mapping[str, float]) -> "Pose":
+    def of(cls, human: Human, angles: Mapping[str, float]) -> "FixedPose":
         """Return the pose of coordinates.
 
         Args:
@@ -95,7 +95,7 @@ class UpperMotion:
     """The upper body of another motion, in step with the legs or in its own time."""
 
     #: That motion; in its own time it ends in its last posture, unless it is repeated
-    motion: Reference
+    motion: GaitReference
     hinges: Bool[Array, " n_hinges"]  #: Which are taken from it
     offset: Float[Array, " n_upper"]  #: Added to their angles [rad]
     start: float  #: When it begins [s]
@@ -117,17 +117,19 @@ class UpperMotion:
         instant.a[6:][hinges] = rate**2 * other.a[6:][hinges]
 
 
-Source = Pose | UpperMotion
+Source = FixedPose | UpperMotion
 
 
-def source_of(human: Human, other: Reference | Pose, walk: Reference, time: float) -> Source:
+def source_of(
+    human: Human, other: GaitReference | FixedPose, walk: GaitReference, time: float
+) -> Source:
     """Return an upper body for the legs of a walk.
 
     Args:
         other: The other walk or motion of the same person, or a pose.
         time: When it begins [s].
     """
-    if isinstance(other, Pose):
+    if isinstance(other, FixedPose):
         return other
     hinges, offset = upper_hinges(human), np.zeros(len(human.coordinates))
     if SPINE in human.coordinates:
@@ -139,13 +141,13 @@ def source_of(human: Human, other: Reference | Pose, walk: Reference, time: floa
     return UpperMotion(other, hinges, offset[hinges], time, phases)
 
 
-def tilt_of(human: Human, walk: Reference) -> float:
+def tilt_of(human: Human, walk: GaitReference) -> float:
     """Return the mean tilt of the pelvis, backward [rad]."""
     names, values = human.to_coordinates(walk.rows.q)
     return float(np.mean(values[:, names.index("pelvis_tilt")]))
 
 
-def lowering(human: Human, walk: Reference, source: Source | None, time: float) -> float:
+def lowering(human: Human, walk: GaitReference, source: Source | None, time: float) -> float:
     """Return the lowering of the mass by another upper body [m].
 
     Args:
@@ -167,7 +169,7 @@ def lowering(human: Human, walk: Reference, source: Source | None, time: float) 
     return abs(ahead) * half / leg - up
 
 
-class UpperBody:
+class BlendedUpperBody:
     """The upper body of a walk, blended with the one before.
 
     Args:
@@ -181,7 +183,7 @@ class UpperBody:
     def __init__(
         self,
         human: Human,
-        walk: Reference,
+        walk: GaitReference,
         source: Source | None,
         before: Source | None,
         since: float,

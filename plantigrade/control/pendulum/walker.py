@@ -11,7 +11,7 @@ from plantigrade.control.gait.support import beyond
 from plantigrade.control.pendulum.command import WalkCommand
 from plantigrade.control.pendulum.controller import Pendulum
 from plantigrade.control.pendulum.crouch import CrouchControl
-from plantigrade.control.pendulum.frame import Frame, ObservedState, Terrain
+from plantigrade.control.pendulum.frame import HeadingFrame, ObservedState, Terrain
 from plantigrade.control.pendulum.path import Waypoints, angle_to
 from plantigrade.control.pendulum.settings import PendulumSettings
 from plantigrade.control.pendulum.speed import SpeedControl
@@ -191,7 +191,7 @@ class Walker(Controller):
         """Start anew."""
         own, pendulum = self.settings, self.pendulum
         self._world: SimulatedWorld | None = state.world
-        self.frame = Frame()
+        self.frame = HeadingFrame()
         self.styles.begin()
         pendulum.reference.start(1.0, 0.0, 0.0)
         pendulum.begin(state)

@@ -4,13 +4,13 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.instant import Instant
-from plantigrade.control.gait.tasks import TaskSettings
+from plantigrade.control.gait.tasks import GaitTaskSettings
 from plantigrade.control.replay.footsteps import FootstepPlanner
 from plantigrade.kinematics.state import State as BodyState
 
 
 def com_acceleration(
-    settings: TaskSettings,
+    settings: GaitTaskSettings,
     body: BodyState,
     ref: Instant,
     rate: float,

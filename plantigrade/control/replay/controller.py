@@ -8,12 +8,12 @@ import numpy as np
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.clearance import ClearanceSettings, clearance_of
-from plantigrade.control.gait.person import SEAT, Person
-from plantigrade.control.gait.phase import Gait, GaitSettings
+from plantigrade.control.gait.person import SEAT, GaitPerson
+from plantigrade.control.gait.phase import GaitSettings, GaitState
 from plantigrade.control.gait.planner import FootstepSettings
-from plantigrade.control.gait.reference import STEP, Reference, ReferenceSettings, reference_of
+from plantigrade.control.gait.reference import STEP, GaitReference, ReferenceSettings, reference_of
 from plantigrade.control.gait.tasks import (
-    TaskSettings,
+    GaitTaskSettings,
     TrackingTasks,
     desired_accelerations,
     heading,
@@ -47,7 +47,7 @@ class ReplaySettings:
     footsteps: FootstepSettings = FootstepSettings()
     path: PathReturnSettings = PathReturnSettings()
     recovery: WaitingSettings = WaitingSettings()
-    tasks: TaskSettings = TaskSettings()
+    tasks: GaitTaskSettings = GaitTaskSettings()
 
 
 class Replay(Controller):
@@ -64,10 +64,10 @@ class Replay(Controller):
         self.settings = settings or ReplaySettings()
         self.record, self.human, self.ground = record, record.human, record.ground
         self.clearance = clearance_of(record, self.settings.clearance)
-        self.reference: Reference = reference_of(
+        self.reference: GaitReference = reference_of(
             record, self.clearance, settings=self.settings.reference
         )
-        human, person = self.human, Person.of(record)
+        human, person = self.human, GaitPerson.of(record)
         self.sites = person.sites
         self.points, self.radius = person.points, person.radius
         self.side_of, self.of_side = person.side_of, person.of_side
@@ -167,7 +167,7 @@ class Replay(Controller):
 
     def _stand(self) -> None:
         """Forget what was done."""
-        self.gait = Gait(self.reference, self.record.weight, settings=self.settings.gait)
+        self.gait = GaitState(self.reference, self.record.weight, settings=self.settings.gait)
         self.footsteps = FootstepPlanner(
             self.gait,
             self.leg,

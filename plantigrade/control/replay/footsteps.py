@@ -15,7 +15,7 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.control.gait.edges import EdgeSettings, on_one_side
 from plantigrade.control.gait.instant import Instant
-from plantigrade.control.gait.phase import Foot, Gait
+from plantigrade.control.gait.phase import Foot, GaitState
 from plantigrade.control.gait.planner import (
     FootstepLimits,
     FootstepSettings,
@@ -52,7 +52,7 @@ class FootstepPlanner:
 
     def __init__(
         self,
-        gait: Gait,
+        gait: GaitState,
         leg_length: float,
         ground: Ground,
         side_of: Int[Array, " k"],

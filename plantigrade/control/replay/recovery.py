@@ -14,12 +14,12 @@ import numpy as np
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.control.gait.loads import LoadSettings
 from plantigrade.control.gait.pendulum_state import PendulumState
-from plantigrade.control.gait.phase import Foot, Gait, Touchdown
+from plantigrade.control.gait.phase import Foot, GaitState, Touchdown
 from plantigrade.control.gait.step import StepPlanner, StepSettings
 from plantigrade.control.gait.support import beyond
 from plantigrade.control.gait.swing import SwingOffset
 from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
-from plantigrade.control.gait.tasks import TaskSettings
+from plantigrade.control.gait.tasks import GaitTaskSettings
 from plantigrade.kinematics.state import State as BodyState
 
 
@@ -37,7 +37,7 @@ class WaitingSettings:
     who falls towards it sits down [s]; about that of a stride."""
     rest_time: float = 0.2
     """Time for which they do before the motion goes on [s]. Chosen."""
-    rise_time: float = TaskSettings.rise_time
+    rise_time: float = GaitTaskSettings.rise_time
     """Time constant of the return to full height when the motion moves the feet again [s]."""
 
 
@@ -57,7 +57,7 @@ class RecoverySteps:
 
     def __init__(
         self,
-        gait: Gait,
+        gait: GaitState,
         leg_length: float,
         seat: Int[Array, " _"],
         settings: WaitingSettings | None = None,

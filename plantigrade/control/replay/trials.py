@@ -27,7 +27,7 @@ DIRECTIONS = {"forward": 0.0, "left": np.pi / 2, "back": np.pi, "right": -np.pi 
 
 
 @dataclass(frozen=True)
-class Outcome:
+class ReplayOutcome:
     """Outcome of a replay."""
 
     survived: bool  #: Whether the person was upright at the end
@@ -47,7 +47,7 @@ def replay_once(
     noise: float = VELOCITY_NOISE_SD,
     acting: Sequence[Disturbance] = (),
     mismatch: ModelMismatch | None = None,
-) -> Outcome:
+) -> ReplayOutcome:
     """Replay a motion in a world and return the outcome.
 
     Args:
@@ -87,7 +87,7 @@ def replay_once(
     figures = dict(controller.summary().figures)
     error = float(np.sqrt(np.mean(squares)))
     off = float(figures["off_path_end_m"])
-    return Outcome(survived, world.time, error, off, figures, legs.deepest)
+    return ReplayOutcome(survived, world.time, error, off, figures, legs.deepest)
 
 
 def largest_push(

@@ -10,7 +10,7 @@ from plantigrade.charts import Figure, bar_plot
 from plantigrade.charts.labels import title_of
 from plantigrade.charts.theme import STROKES
 from plantigrade.constants import SIDE_NAMES, SIDES
-from plantigrade.pages.section import Section, Subject
+from plantigrade.pages.section import ReportedRun, Section
 from plantigrade.pages.sections.cycles import chosen, curve_figure, cycle_caption
 from plantigrade.pages.text import rounded_text, signed_text
 from plantigrade.record.signals import SIGNALS
@@ -35,7 +35,7 @@ OWN_SIDE = {
 FIGURE_HEIGHT = 188  # [px] height of a plot, so that five rows with headings fill one printed page
 
 
-def clinical_section(subject: Subject) -> list[Section]:
+def clinical_section(subject: ReportedRun) -> list[Section]:
     """Return the angles of pelvis, hip, knee, ankle and foot in three planes, both sides."""
     if not subject.walks:
         return []
@@ -75,7 +75,7 @@ def grid_of(drawn: Mapping[str, Figure]) -> list[Sequence[Figure | str]]:
     return [PLANES, *(row for row in rows if any(row))]
 
 
-def opposite_events(subject: Subject) -> list[tuple[float, str]]:
+def opposite_events(subject: ReportedRun) -> list[tuple[float, str]]:
     """Return foot off and heel strike of the other foot [% of the cycle], with colours."""
     found = []
     for side in SIDES:
@@ -87,7 +87,7 @@ def opposite_events(subject: Subject) -> list[tuple[float, str]]:
     return found
 
 
-def profile_section(subject: Subject) -> list[Section]:
+def profile_section(subject: ReportedRun) -> list[Section]:
     """Return Gait Profile Score, Movement Analysis Profile and symmetry, if known."""
     number, who = subject.number, subject.norm_choice
     if number("gps_deg") is None:

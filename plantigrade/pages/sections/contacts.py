@@ -10,7 +10,7 @@ from plantigrade.charts.theme import PALETTE, STROKE_FORCE, STROKE_MIDDLE, STROK
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import sweep
-from plantigrade.pages.section import Section, Subject, needs
+from plantigrade.pages.section import ReportedRun, Section, needs
 from plantigrade.pages.sections.tasks import active_bars
 from plantigrade.pages.shapes import convex_hull
 from plantigrade.pages.text import place_text
@@ -22,7 +22,7 @@ MIN_LOAD = 0.02  # [body weights] on the feet; below it the centre of pressure i
 
 
 @needs(planned=True)
-def segment_section(subject: Subject) -> Section:
+def segment_section(subject: ReportedRun) -> Section:
     """Return the vertical force on every segment of each foot, and on other supports."""
     title, record = "Contact forces by segment", subject.record
     time, figures = record.motion.time, []
@@ -59,7 +59,7 @@ def segment_section(subject: Subject) -> Section:
 
 
 @needs(planned=True)
-def pressure_section(subject: Subject) -> Section:
+def pressure_section(subject: ReportedRun) -> Section:
     """Return the centre of pressure in the support polygons, and its distance to the edge."""
     title, record = "Centre of pressure and support", subject.record
     centre = centre_of_pressure(record)
@@ -98,7 +98,7 @@ def pressure_section(subject: Subject) -> Section:
 
 
 @needs(planned=True)
-def contact_section(subject: Subject) -> Section:
+def contact_section(subject: ReportedRun) -> Section:
     """Return the planned contact times of all sites."""
     record, title = subject.record, "Contact plan"
     time, planned = record.motion.time, _planned(record)

@@ -17,7 +17,7 @@ from plantigrade.charts.labels import MIN_SPANS, axis_label, title_of
 from plantigrade.charts.theme import DOTTED, STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDE_NAMES
 from plantigrade.motion.views import curves_of
-from plantigrade.pages.section import Section, Subject, needs
+from plantigrade.pages.section import ReportedRun, Section, needs
 from plantigrade.pages.sections.pushes import LEGEND, push_shades
 from plantigrade.record.signals import SIGNALS
 from plantigrade.side_names import side_of, without_side
@@ -58,7 +58,7 @@ class CycleCurves:
     unit: str = "°"
 
 
-def angle_section(subject: Subject) -> list[Section]:
+def angle_section(subject: ReportedRun) -> list[Section]:
     """Return joint angles over time, if there is no complete gait cycle."""
     if subject.walks:
         return []
@@ -100,7 +100,7 @@ def _is_flat(panel: Panel) -> bool:
     return all(np.ptp(values) < MIN_RANGE for values in known if values.size)
 
 
-def other_angle_section(subject: Subject) -> list[Section]:
+def other_angle_section(subject: ReportedRun) -> list[Section]:
     """Return the angles of trunk and arms over the gait cycle."""
     source = subject.angle_curves
     curves = chosen(source.percent, source.angles, OTHER_ANGLES, "°") if subject.walks else []
@@ -114,7 +114,7 @@ def _over_time(panels: Sequence[Panel], time: Array, **options: Any) -> list[Fig
     return [Figure(panel_plot(panel, time, **options)) for panel in panels]
 
 
-def force_section(subject: Subject) -> list[Section]:
+def force_section(subject: ReportedRun) -> list[Section]:
     """Return ground reaction over the gait cycle."""
     source = subject.force_curves
     curves = chosen(source.percent, source.forces, tuple(FORCES), "BW")
@@ -125,7 +125,7 @@ def force_section(subject: Subject) -> list[Section]:
     return [replace(cycle_section(title, curves, subject, caption=caption), folded=True)]
 
 
-def moment_section(subject: Subject) -> list[Section]:
+def moment_section(subject: ReportedRun) -> list[Section]:
     """Return joint moments over the gait cycle, or over time without a complete cycle."""
     title, source, record = "Joint moments", subject.force_curves, subject.forces
     curves = chosen(source.percent, source.moments, LOADED_JOINTS, "N m/kg", "_moment")
@@ -155,7 +155,7 @@ def moment_section(subject: Subject) -> list[Section]:
     return [Section(title, figures, text=what.format(" over time") + ".", folded=True)]
 
 
-def power_section(subject: Subject) -> list[Section]:
+def power_section(subject: ReportedRun) -> list[Section]:
     """Return joint powers over the gait cycle, or over time without a complete cycle."""
     source, record = subject.force_curves, subject.forces
     curves = chosen(source.percent, source.powers, LOADED_JOINTS, "W/kg", "_power")
@@ -183,7 +183,7 @@ def power_section(subject: Subject) -> list[Section]:
 
 
 @needs("foot.percent", "foot.names")
-def foot_segment_section(subject: Subject) -> list[Section]:
+def foot_segment_section(subject: ReportedRun) -> list[Section]:
     """Return the angles of hindfoot, forefoot and hallux."""
     signals = subject.record.signals
     curves = [
@@ -209,7 +209,7 @@ def foot_segment_section(subject: Subject) -> list[Section]:
 def cycle_section(
     title: str,
     curves: Sequence[CycleCurves],
-    subject: Subject,
+    subject: ReportedRun,
     *,
     caption: str,
     published: bool = True,
@@ -227,7 +227,7 @@ def cycle_section(
 
 
 def cycle_caption(
-    caption: str, curves: Sequence[CycleCurves], subject: Subject, names: Sequence[str]
+    caption: str, curves: Sequence[CycleCurves], subject: ReportedRun, names: Sequence[str]
 ) -> str:
     """Return the text of curves over the cycle: numbers of cycles, markings and norms."""
     text = caption
@@ -261,7 +261,7 @@ def _marking_legend(hatched: Collection | bool, dotted: Collection | bool) -> st
 def curve_figure(
     base: str,
     members: Sequence[CycleCurves],
-    subject: Subject,
+    subject: ReportedRun,
     *,
     published: bool = True,
     ticks: Sequence[tuple[float, str]] = (),
@@ -321,7 +321,7 @@ def chosen(
     return found
 
 
-def _norm(subject: Subject, name: str) -> norms.NormCurve | None:
+def _norm(subject: ReportedRun, name: str) -> norms.NormCurve | None:
     """Return the norm of a curve, of the person's population or else of children; None if none.
 
     Norms of the user are never mixed with others.
@@ -336,7 +336,7 @@ def _norm(subject: Subject, name: str) -> norms.NormCurve | None:
     return None
 
 
-def _norm_legend(subject: Subject, bands: Sequence[norms.NormCurve]) -> str:
+def _norm_legend(subject: ReportedRun, bands: Sequence[norms.NormCurve]) -> str:
     """Return the legend of the norms: number, ages and speed of the people."""
     text, speed = "", subject.number("walking_speed_m_s")
     for people in dict.fromkeys(band.population for band in bands):

@@ -4,14 +4,14 @@ import numpy as np
 
 from plantigrade.charts import Figure, Series, line_plot
 from plantigrade.charts.theme import REFERENCE, STROKE_MIDDLE, STROKE_RIGHT
-from plantigrade.pages.section import Section, Subject, needs
+from plantigrade.pages.section import ReportedRun, Section, needs
 
 TITLE = "Device"
 SIGNAL, WITHOUT_SIGNAL = "device.torque", "device.without"
 
 
 @needs(SIGNAL)
-def device_section(subject: Subject) -> list[Section]:
+def device_section(subject: ReportedRun) -> list[Section]:
     """Return the torque at every joint with a device: of the device, of the person, without it."""
     record, time = subject.record, subject.record.motion.time
     if record.qfrc_actuator is None:

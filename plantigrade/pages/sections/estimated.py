@@ -13,7 +13,7 @@ from plantigrade.charts.labels import MIN_SPANS, axis_label
 from plantigrade.charts.theme import STROKE_REFERENCE, STROKES
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.motion.cycles import PERCENT, normalise_cycles
-from plantigrade.pages.section import Section, Subject, needs
+from plantigrade.pages.section import ReportedRun, Section, needs
 from plantigrade.pages.text import sided_title
 from plantigrade.record import Record
 from plantigrade.record.signals import SIGNALS
@@ -38,7 +38,7 @@ class _Estimate:
 
 
 @needs("forces.measured", "forces.band", "forces.moment_band")
-def estimated_section(subject: Subject) -> list[Section]:
+def estimated_section(subject: ReportedRun) -> list[Section]:
     """Return the estimates over the gait cycle, or over time without cycles."""
     record = subject.record
     if not record.has_forces or record.qfrc_actuator is None:
@@ -55,7 +55,7 @@ def estimated_section(subject: Subject) -> list[Section]:
     ]
 
 
-def _words(subject: Subject, what: str) -> str:
+def _words(subject: ReportedRun, what: str) -> str:
     """Return the legend."""
     text = f"{what}. Full line: estimated from the motion, not measured; shade: its 90 % band"
     text += ", mean over gait cycles" if subject.walks else ""
@@ -126,7 +126,7 @@ def _moments(record: Record) -> tuple[list[_Estimate], list[_Estimate]]:
     return moments, powers
 
 
-def _figure(subject: Subject, one: _Estimate) -> Figure:
+def _figure(subject: ReportedRun, one: _Estimate) -> Figure:
     """Return one plot of the estimate with its band, and the measured curve."""
     motion = subject.record.motion
     step = -(-motion.n_frames // MAX_POINTS)

@@ -1,7 +1,7 @@
 """Figures of a run in groups with readable names, except those of other sections."""
 
 from plantigrade.constants import SIDES
-from plantigrade.pages.section import Group, Section, Subject
+from plantigrade.pages.section import Group, ReportedRun, Section
 from plantigrade.pages.shown import SHOWN_FIGURES, Shown, shown_in
 from plantigrade.pages.text import rounded_text
 
@@ -12,19 +12,19 @@ TITLES = tuple(
 )
 
 
-def figure_section(subject: Subject) -> list[Section]:
+def figure_section(subject: ReportedRun) -> list[Section]:
     """Return the known figures of the run in groups."""
     groups = [group for table in TITLES for group in _group(subject, table)]
     return [Section("Other figures", groups=groups, folded=True)] if groups else []
 
 
-def _text(subject: Subject, one: Shown, side: str = "") -> str:
+def _text(subject: ReportedRun, one: Shown, side: str = "") -> str:
     """Return the text of a value; a dash if it is unknown."""
     value = subject.number(one.key.format(side))
     return rounded_text(None if value is None else one.factor * value, one.digits)
 
 
-def _group(subject: Subject, table: str) -> list[Group]:
+def _group(subject: ReportedRun, table: str) -> list[Group]:
     shown, title = shown_in(table), table.removeprefix(OTHER_PREFIX)
     sides = SIDES if shown[0].sided else ("",)
     known = [one for one in shown if any(_text(subject, one, side) != "–" for side in sides)]

@@ -14,7 +14,7 @@ from plantigrade.motion.filters import runs
 from plantigrade.pages.camera import Camera
 from plantigrade.pages.outlines import is_stroke, outlines
 from plantigrade.pages.scene import poses
-from plantigrade.pages.section import Section, Subject
+from plantigrade.pages.section import ReportedRun, Section
 from plantigrade.pages.sections.pushes import push_shades
 from plantigrade.pages.shapes import Shape, foot_bodies, shapes_of
 from plantigrade.record import Record
@@ -25,7 +25,7 @@ NAMES = {"r": "right", "l": "left", "": "side unknown"}
 AXES = {2: "Vertical", 0: "Forward", 1: "Sideways (left positive)"}
 
 
-def ground_section(subject: Subject) -> list[Section]:
+def ground_section(subject: ReportedRun) -> list[Section]:
     """Return ground reaction over time and the centre of pressure on footprints."""
     record, (total, cop) = subject.forces, subject.side_forces
     if total is None or not np.any(total):

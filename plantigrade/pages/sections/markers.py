@@ -5,14 +5,14 @@ import numpy as np
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Series, bar_plot, line_plot
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKE_RIGHT
-from plantigrade.pages.section import Section, Subject
+from plantigrade.pages.section import ReportedRun, Section
 from plantigrade.record import Record
 from plantigrade.record.signals import SIGNALS
 
 TITLE = SIGNALS["markers.residual"].section
 
 
-def marker_section(subject: Subject) -> list[Section]:
+def marker_section(subject: ReportedRun) -> list[Section]:
     """Return the distances between recorded and fitted markers, per marker and per frame."""
     record = subject.record
     if record.recorded_markers is None or record.fitted_markers is None:

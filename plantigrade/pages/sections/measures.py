@@ -3,14 +3,14 @@
 from plantigrade.analyze import norms
 from plantigrade.analyze.symmetry import symmetry_index
 from plantigrade.constants import SIDES
-from plantigrade.pages.section import Section, Subject
+from plantigrade.pages.section import ReportedRun, Section
 from plantigrade.pages.shown import shown_in
 from plantigrade.pages.text import rounded_text, signed_text
 
 MEASURES = "Spatio-temporal measures"
 
 
-def measure_section(subject: Subject) -> list[Section]:
+def measure_section(subject: ReportedRun) -> list[Section]:
     """Return the table of measures: right, left, both, symmetry, and published values."""
     if not subject.walks:
         missing = "no complete gait cycle was found, so no step or stride could be measured."
@@ -51,7 +51,7 @@ def measure_section(subject: Subject) -> list[Section]:
     return [Section(MEASURES, headers=headers, rows=rows, text=text)]
 
 
-def _value(subject: Subject, key: str, digits: int) -> str:
+def _value(subject: ReportedRun, key: str, digits: int) -> str:
     """Return mean and standard deviation; empty if unknown."""
     mean, sd = (subject.number(key.format(part)) for part in ("", "_sd"))
     if mean is None:
@@ -60,14 +60,14 @@ def _value(subject: Subject, key: str, digits: int) -> str:
     return rounded_text(mean, digits) + spread
 
 
-def _symmetry(subject: Subject, keys: list[str]) -> str:
+def _symmetry(subject: ReportedRun, keys: list[str]) -> str:
     """Return the symmetry index of a measure."""
     right, left = (subject.number(key.format("")) for key in keys)
     index = float("nan") if right is None or left is None else symmetry_index(right, left)
     return f"{signed_text(index)} %" if index == index else ""
 
 
-def _published(subject: Subject) -> dict[str, str]:
+def _published(subject: ReportedRun) -> dict[str, str]:
     """Return published values of adults at the speed of the walk, or of children."""
     if subject.population is norms.ADULTS:
         speed = subject.number("walking_speed_m_s")

@@ -7,12 +7,12 @@ from plantigrade.charts import Figure, Series, line_plot, path_plot
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.pages.scene import poses
-from plantigrade.pages.section import Section, Subject
+from plantigrade.pages.section import ReportedRun, Section
 from plantigrade.pages.sections.pushes import push_shades
 from plantigrade.pages.shapes import foot_bodies
 
 
-def path_section(subject: Subject) -> list[Section]:
+def path_section(subject: ReportedRun) -> list[Section]:
     """Return the paths of the centre of mass and of the feet from above and from the side."""
     record = subject.record
     model, time = record.human.model, record.motion.time

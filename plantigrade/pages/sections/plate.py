@@ -6,8 +6,8 @@ from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure, grid
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.motion.filters import runs
-from plantigrade.pages.contact_plate import MIN_LOAD, Sole, centre, foot_svg
-from plantigrade.pages.section import Group, Section, Subject
+from plantigrade.pages.contact_plate import MIN_LOAD, SoleOutline, centre, foot_svg
+from plantigrade.pages.section import Group, ReportedRun, Section
 from plantigrade.record import Record
 from plantigrade.side_names import without_side
 
@@ -16,7 +16,7 @@ DRAWN_PHASES = (0.03, 0.2, 0.4, 0.6, 0.8, 0.97)  # Phases of a contact at which 
 PATH_POINTS = 80  # Points of the path of the centre of pressure
 
 
-def plate_section(subject: Subject) -> list[Section]:
+def plate_section(subject: ReportedRun) -> list[Section]:
     """Return the distribution of load under the feet, if forces at the feet are known."""
     record = subject.forces
     if not record.has_forces or not any(site.side for site in record.sites):
@@ -27,7 +27,7 @@ def plate_section(subject: Subject) -> list[Section]:
         load = np.where(record.contact_known, load, 0.0)
     if record.contact_point is not None:
         load = np.where(np.isfinite(record.contact_point).all(axis=2), load, 0.0)
-    soles = [Sole.of(record.human, record.sites, side) for side in SIDES]
+    soles = [SoleOutline.of(record.human, record.sites, side) for side in SIDES]
     figures = [_contact(record, sole, load) for sole in soles if len(sole.index)]
     drawn = [figure for figure in figures if figure is not None]
     if not drawn:
@@ -54,7 +54,7 @@ def longest(loaded: Array) -> tuple[int, int] | None:
     return max(whole or found, key=lambda span: span[1] - span[0], default=None)
 
 
-def _contact(record: Record, sole: Sole, load: Float[Array, "n k"]) -> Figure | None:
+def _contact(record: Record, sole: SoleOutline, load: Float[Array, "n k"]) -> Figure | None:
     """Return the plate of a foot at several instants of its longest contact."""
     own = load[:, sole.index]
     span = longest(np.maximum(own, 0.0).sum(axis=1) > MIN_LOAD)
@@ -76,7 +76,7 @@ def _contact(record: Record, sole: Sole, load: Float[Array, "n k"]) -> Figure | 
     return Figure(grid(feet, columns=len(feet)).svg, caption)
 
 
-def _group(record: Record, sole: Sole, load: Float[Array, "n k"]) -> Group | None:
+def _group(record: Record, sole: SoleOutline, load: Float[Array, "n k"]) -> Group | None:
     """Return the load of every site; nothing for measured forces, whose points move."""
     on = np.maximum(load[:, sole.index], 0.0).sum(axis=1) > MIN_LOAD
     rows = []

@@ -7,7 +7,7 @@ from plantigrade.analyze.pushes import SIGNAL, push_intervals
 from plantigrade.charts import Figure, Series, line_plot
 from plantigrade.charts.theme import REFERENCE, STROKE_LEFT, STROKE_MIDDLE, STROKE_RIGHT
 from plantigrade.pages.scene import poses
-from plantigrade.pages.section import Section, Subject, needs
+from plantigrade.pages.section import ReportedRun, Section, needs
 
 TITLE = "Pushes and recovery"
 LEGEND = " Shaded: a push acts."
@@ -15,13 +15,13 @@ MIN_FRAMES = 3  # of a motion, for velocities
 MAX_ROWS = 12  # pushes in the table
 
 
-def push_shades(subject: Subject) -> list[tuple[float, float, str]]:
+def push_shades(subject: ReportedRun) -> list[tuple[float, float, str]]:
     """Return the stretches of time in which the body is pushed, for plots over time."""
     return [(push.start, push.stop, REFERENCE) for push in push_intervals(subject.record)]
 
 
 @needs(SIGNAL)
-def push_section(subject: Subject) -> list[Section]:
+def push_section(subject: ReportedRun) -> list[Section]:
     """Return the pushes, and velocity and path of the centre of mass, if there was a push."""
     pushes = push_intervals(subject.record)
     if not pushes or subject.record.motion.n_frames < MIN_FRAMES:

@@ -14,7 +14,7 @@ from plantigrade.charts import Figure, Ribbon, Series, line_plot
 from plantigrade.charts.labels import axis_label
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKE_REFERENCE, STROKES
 from plantigrade.constants import SIDE_NAMES, SIDES
-from plantigrade.pages.section import Section, Subject, needs
+from plantigrade.pages.section import ReportedRun, Section, needs
 from plantigrade.pages.text import rounded_text, sided_title, signed_text
 from plantigrade.record import Record
 from plantigrade.side_names import side_of, without_side
@@ -37,7 +37,7 @@ FELL_NOTE = (
 
 
 @needs(reference="recorded")
-def curve_section(subject: Subject) -> list[Section]:
+def curve_section(subject: ReportedRun) -> list[Section]:
     """Return reproduced and recorded angles over the gait cycle, legs first."""
     title = "Reproduced against recorded angles"
     if not subject.comparison.cycles:
@@ -62,7 +62,7 @@ def curve_section(subject: Subject) -> list[Section]:
     return found
 
 
-def _pairs(subject: Subject, names: Sequence[str]) -> list[Figure]:
+def _pairs(subject: ReportedRun, names: Sequence[str]) -> list[Figure]:
     """Return one plot per known coordinate."""
     found = subject.comparison
     return [
@@ -121,7 +121,7 @@ def pair_plot(
 
 
 @needs(reference="recorded")
-def rom_section(subject: Subject) -> Section:
+def rom_section(subject: ReportedRun) -> Section:
     """Return the table of ranges of motion, for ordered tasks with the paper's values."""
     title = "Ranges of motion"
     found, published = subject.comparison, "tasks.names" in subject.record.signals
@@ -150,7 +150,7 @@ def rom_section(subject: Subject) -> Section:
 
 
 @needs(reference="recorded")
-def com_section(subject: Subject) -> Section:
+def com_section(subject: ReportedRun) -> Section:
     """Return the error of the centre of mass, and the height of the feet."""
     time, found = subject.record.motion.time, subject.comparison
     error, soles, recorded = (
@@ -188,7 +188,7 @@ def com_section(subject: Subject) -> Section:
     return Section("Centre of mass and soles", figures, text=text, folded=True)
 
 
-def force_section(subject: Subject) -> list[Section]:
+def force_section(subject: ReportedRun) -> list[Section]:
     """Return the computed ground reactions, with measured ones if known."""
     title = "Computed ground reactions"
     if not _computed(subject):
@@ -220,7 +220,7 @@ def force_section(subject: Subject) -> list[Section]:
     return [Section(title, figures, text=text, folded=True)]
 
 
-def moment_section(subject: Subject) -> list[Section]:
+def moment_section(subject: ReportedRun) -> list[Section]:
     """Return the computed joint moments, with those from measured forces if known."""
     title = "Computed joint moments"
     if not _computed(subject):
@@ -253,12 +253,12 @@ def moment_section(subject: Subject) -> list[Section]:
     return [Section(title, figures, text=text + ".", folded=True)]
 
 
-def _moved(subject: Subject) -> Record:
+def _moved(subject: ReportedRun) -> Record:
     """Return the motion moved by forces, even after a fall."""
     return subject.run.others.get("forces", subject.record)
 
 
-def _computed(subject: Subject) -> bool:
+def _computed(subject: ReportedRun) -> bool:
     """Return whether there are computed forces, of tasks or with measured ones."""
     moved = _moved(subject)
     there = moved.has_forces and moved.qfrc_actuator is not None
@@ -272,7 +272,7 @@ def _measured(record: Record, name: str) -> Array | None:
     return found if found is not None and np.isfinite(found).any() else None
 
 
-def _standing(subject: Subject) -> int:
+def _standing(subject: ReportedRun) -> int:
     """Return the number of frames before a fall, or of all frames."""
     moved = _moved(subject)
     if subject.forces is moved or "recorded" not in moved.references:
@@ -281,7 +281,7 @@ def _standing(subject: Subject) -> int:
     return int(np.argmax(fell)) if fell.any() else moved.motion.n_frames
 
 
-def _absent(subject: Subject, title: str) -> list[Section]:
+def _absent(subject: ReportedRun, title: str) -> list[Section]:
     """Return a section with the reason, for a motion from tasks; nothing for others."""
     from_tasks = "tasks.names" in subject.record.signals
     return [Section(title, missing=NO_FORCES)] if from_tasks else []

@@ -9,7 +9,7 @@ from plantigrade.charts import Bar, Figure, Series, line_plot, timeline_plot
 from plantigrade.charts.theme import PALETTE, STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.motion.filters import runs
-from plantigrade.pages.section import Section, Subject, needs
+from plantigrade.pages.section import ReportedRun, Section, needs
 from plantigrade.pages.text import place_text, task_text
 from plantigrade.record.signals import SIGNALS
 
@@ -19,7 +19,7 @@ REGIONS = ("heel", "ball", "toes")
 
 
 @needs("tasks.names", "tasks.level", "tasks.active")
-def task_section(subject: Subject) -> Section:
+def task_section(subject: ReportedRun) -> Section:
     """Return the order of the tasks, and the phases, contacts and tasks over time."""
     signals, time = subject.record.signals, subject.record.motion.time
     last = float(time[-1])
@@ -63,7 +63,7 @@ def task_section(subject: Subject) -> Section:
 
 
 @needs("tasks.names", "tasks.level", "tasks.active", "tasks.residual")
-def residual_section(subject: Subject) -> Section:
+def residual_section(subject: ReportedRun) -> Section:
     """Return the residual of each level over time."""
     signals, time = subject.record.signals, subject.record.motion.time
     active, level = signals["tasks.active"].astype(bool), signals["tasks.level"]
@@ -105,7 +105,7 @@ def active_bars(active: Array, time: Array, colour: str, opacity: float = Bar.op
     return [Bar(float(start), float(stop), colour, "", opacity) for start, stop in spans]
 
 
-def _phases(subject: Subject) -> list[Bar]:
+def _phases(subject: ReportedRun) -> list[Bar]:
     spans = subject.record.signals.get("phase.span", np.zeros((0, 2)))
     swings = subject.text_signal("phase.swing")
     bars = []
@@ -119,7 +119,7 @@ def _phases(subject: Subject) -> list[Bar]:
     return bars
 
 
-def _contacts(subject: Subject) -> list[tuple[str, list[Bar]]]:
+def _contacts(subject: ReportedRun) -> list[tuple[str, list[Bar]]]:
     places = [f"{region}_{side}" for side in SIDES for region in REGIONS]
     bars: dict[str, list[Bar]] = {place: [] for place in places}
     spans = subject.record.signals.get("contact.span", np.zeros((0, 2)))

@@ -4,13 +4,13 @@ import numpy as np
 
 from plantigrade.charts import Figure, Series, line_plot
 from plantigrade.charts.theme import PALETTE
-from plantigrade.pages.section import Section, Subject, needs
+from plantigrade.pages.section import ReportedRun, Section, needs
 from plantigrade.pages.text import rounded_text
 from plantigrade.record.signals import SIGNALS
 
 
 @needs("vault.joints", "vault.activation")
-def activation_section(subject: Subject) -> Section:
+def activation_section(subject: ReportedRun) -> Section:
     """Return activation over time, one curve per joint."""
     record = subject.record
     names, values = subject.text_signal("vault.joints"), record.signals["vault.activation"]
@@ -29,7 +29,7 @@ def activation_section(subject: Subject) -> Section:
 
 
 @needs("vault.changed", "vault.change")
-def sensitivity_section(subject: Subject) -> Section:
+def sensitivity_section(subject: ReportedRun) -> Section:
     """Return the sensitivity of the take-off to the approach, largest first."""
     names, change = subject.text_signal("vault.changed"), subject.record.signals["vault.change"]
     best = subject.number("take_off_speed_m_s") or 0.0

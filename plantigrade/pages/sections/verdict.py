@@ -8,7 +8,7 @@ from plantigrade.charts import Figure, Series, bar_plot, line_plot
 from plantigrade.charts.labels import COORDINATES
 from plantigrade.charts.theme import STROKE_LEFT, STROKE_MIDDLE, STROKE_RIGHT, STROKES
 from plantigrade.constants import SIDE_NAMES
-from plantigrade.pages.section import Section, Subject, needs
+from plantigrade.pages.section import ReportedRun, Section, needs
 from plantigrade.pages.text import (
     figure_text,
     number_text,
@@ -31,7 +31,7 @@ HEADERS = ("quantity", "worst", "limit", "unit", "where", "when", "ok")
 
 
 @needs("check.quantity", "check.value", "check.limit", "check.bad")
-def check_section(subject: Subject) -> Section:
+def check_section(subject: ReportedRun) -> Section:
     """Return the table of the check: worst value, limit, location and time."""
     record = subject.record
     rows = [row for met, row in _rows(subject) if not met]
@@ -46,7 +46,7 @@ def check_section(subject: Subject) -> Section:
 
 
 @needs("check.quantity", "check.value", "check.limit", "check.bad")
-def condition_section(subject: Subject) -> list[Section]:
+def condition_section(subject: ReportedRun) -> list[Section]:
     """Return the conditions of the task that are met; others are in the table of the check."""
     rows = [row for met, row in _rows(subject) if met]
     text = "Conditions of the task, evaluated in every frame of the check."
@@ -54,7 +54,7 @@ def condition_section(subject: Subject) -> list[Section]:
     return [section] if rows else []
 
 
-def _rows(subject: Subject) -> list[tuple[bool, list[str]]]:
+def _rows(subject: ReportedRun) -> list[tuple[bool, list[str]]]:
     """Return the rows of the check, and whether each is a condition that is met."""
     words, check = subject.text_signal, subject.record.group("check")
     n, rows = len(check["quantity"]), []
@@ -113,7 +113,7 @@ def _place(where: str, side: str) -> str:
 
 
 @needs("check.findings")
-def findings_section(subject: Subject) -> list[Section]:
+def findings_section(subject: ReportedRun) -> list[Section]:
     """Return the findings of the check, worst first."""
     findings = subject.text_signal("check.findings")
     return _numbered(
@@ -125,7 +125,7 @@ def findings_section(subject: Subject) -> list[Section]:
 
 
 @needs("solver.broken")
-def broken_section(subject: Subject) -> list[Section]:
+def broken_section(subject: ReportedRun) -> list[Section]:
     """Return the constraints the solver did not satisfy."""
     return _numbered(
         SIGNALS["solver.broken"].section,
@@ -144,7 +144,7 @@ def _numbered(title: str, what: str, sentences: tuple[str, ...], text: str) -> l
 
 
 @needs("solver.history", "solver.stage_names")
-def strength_section(subject: Subject) -> Section:
+def strength_section(subject: ReportedRun) -> Section:
     """Return the required share of each joint's strength."""
     title, record = "Joint strength used", subject.record
     model, limits = record.human.model, record.limits.torque
@@ -174,7 +174,7 @@ def strength_section(subject: Subject) -> Section:
 
 
 @needs("solver.history", "solver.stage_names")
-def convergence_section(subject: Subject) -> Section:
+def convergence_section(subject: ReportedRun) -> Section:
     """Return objective, violation and optimality over the iterations of all stages."""
     title = SIGNALS["solver.history"].section
     history = subject.record.signals["solver.history"]
@@ -207,7 +207,7 @@ def convergence_section(subject: Subject) -> Section:
     return Section(title, figures, headers=headers, rows=_stages(subject), folded=True)
 
 
-def _stages(subject: Subject) -> list[list[str]]:
+def _stages(subject: ReportedRun) -> list[list[str]]:
     solver, words = subject.record.group("solver"), subject.text_signal
     history, names = solver["history"], words("solver.stage_names")
     solvers = words("solver.stage_solvers", len(names))

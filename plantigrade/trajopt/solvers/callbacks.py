@@ -113,7 +113,7 @@ def functions_of(program: SparseProgram, *, symmetric: bool) -> dict[str, ArrayF
     return made
 
 
-class Watch(ArrayFunction):
+class IterationWatch(ArrayFunction):
     """Iteration callback of CasADi that stores the best point and stops on request.
 
     Attributes:

@@ -20,8 +20,8 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.trajopt.problem.nlp import Problem
 from plantigrade.trajopt.solvers.kkt import KKTSystem, factorised, lagrangian, solved
-from plantigrade.trajopt.solvers.line_search import Filter, LineSearch, Trial, recentred
-from plantigrade.trajopt.solvers.result import Iterate, Multipliers, Options, Result, Status
+from plantigrade.trajopt.solvers.line_search import Filter, LineSearch, TrialPoint, recentred
+from plantigrade.trajopt.solvers.result import Iterate, Multipliers, Options, SolverResult, Status
 from plantigrade.trajopt.solvers.slacks import Slacks
 from plantigrade.trajopt.transcription.constraint_block import limits_of_unknowns
 from plantigrade.trajopt.transcription.evaluation import Evaluation
@@ -99,7 +99,7 @@ class InteriorPoint:
         multipliers: Multipliers | None = None,
         progress: Callable[[Iterate], bool | None] | None = None,
         pause: Callable[[Array, Array], bool] | None = None,
-    ) -> Result:
+    ) -> SolverResult:
         """Solve from a guess.
 
         Args:
@@ -221,7 +221,7 @@ class InteriorPoint:
             at.at_mu, lowered = 0, True
         return lowered
 
-    def _forced(self, at: _State, search: LineSearch) -> Trial:
+    def _forced(self, at: _State, search: LineSearch) -> TrialPoint:
         """Return a point though no step was accepted: part of the step, or a restored point."""
         trial = search.trial(search.alpha_max * min(1.0, 0.1 * at.stalls + 0.1))
         if search.here.residual > 1e-6 and at.stalls % 2 == 0:
@@ -229,10 +229,10 @@ class InteriorPoint:
             if x is not None:
                 r = self._e.values(x)
                 s = [s.push_interior(each, 1e-4) for s, each in zip(self._slacks, r, strict=True)]
-                return Trial(x, s, r, trial.alpha)
+                return TrialPoint(x, s, r, trial.alpha)
         return trial
 
-    def _result(self, at: _State, status: Status, history: Sequence[Iterate]) -> Result:
+    def _result(self, at: _State, status: Status, history: Sequence[Iterate]) -> SolverResult:
         """Return the last point, or the best one where that is much better."""
         last, multipliers = history[-1], self._multipliers()
         if status in ("stalled", "too many iterations"):
@@ -243,7 +243,7 @@ class InteriorPoint:
             elif last.violation > 10 * at.best[0]:
                 at.x = at.best[1]
         c, u = self._e.t.split(at.x)
-        return Result(c, u, status, tuple(history), multipliers)
+        return SolverResult(c, u, status, tuple(history), multipliers)
 
     def _acceptable(self, now: Iterate) -> bool:
         """Return whether a point is good enough where nothing better is found."""

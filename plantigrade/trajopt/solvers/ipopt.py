@@ -21,7 +21,7 @@ from plantigrade.trajopt.solvers.result import Iterate
 from plantigrade.trajopt.solvers.sparse_program import SparseProgram
 
 if TYPE_CHECKING:
-    from plantigrade.trajopt.solvers.callbacks import Watch
+    from plantigrade.trajopt.solvers.callbacks import IterationWatch
 
 _WORDS = {
     "Solve_Succeeded": "solved",
@@ -129,10 +129,10 @@ def run(
     """
     import casadi as ca
 
-    from plantigrade.trajopt.solvers.callbacks import Watch, functions_of
+    from plantigrade.trajopt.solvers.callbacks import IterationWatch, functions_of
 
     x0 = np.clip(program.pack(c0, u0), *program.bounds)
-    watch = Watch(program, feasibility, callback)
+    watch = IterationWatch(program, feasibility, callback)
     made = functions_of(program, symmetric=solver != "ipopt")  # which reads the upper triangle
     settings = {
         "print_time": False,
@@ -158,7 +158,11 @@ def run(
 
 
 def _result(
-    program: SparseProgram, watch: "Watch", x: Array, stats: Mapping[str, Any], seconds: float
+    program: SparseProgram,
+    watch: "IterationWatch",
+    x: Array,
+    stats: Mapping[str, Any],
+    seconds: float,
 ) -> IpoptResult:
     """Return a point with what the solver says of its way there."""
     word = str(stats.get("return_status", ""))
@@ -183,7 +187,7 @@ def _result(
     )
 
 
-def _better(program: SparseProgram, watch: "Watch", x: Array, feasibility: float) -> Array:
+def _better(program: SparseProgram, watch: "IterationWatch", x: Array, feasibility: float) -> Array:
     """Return the last point or the best one seen."""
     assert watch.best is not None
     off = float(np.abs(program.excess(program.constraints(x))).max(initial=0.0))
@@ -194,7 +198,7 @@ def _better(program: SparseProgram, watch: "Watch", x: Array, feasibility: float
 
 
 @contextmanager
-def _interruptible(watch: "Watch") -> Iterator[None]:
+def _interruptible(watch: "IterationWatch") -> Iterator[None]:
     """Within it, Ctrl-C asks the solver to stop after the present iteration."""
     if threading.current_thread() is not threading.main_thread():
         yield

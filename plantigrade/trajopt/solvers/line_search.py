@@ -32,7 +32,7 @@ class Merit:
 
 
 @dataclass(frozen=True, eq=False)
-class Trial:
+class TrialPoint:
     """A point with its slacks and rows, and the fraction of the step that led there."""
 
     x: Array
@@ -89,7 +89,7 @@ class LineSearch:
         self.gaps = [s.gap(s.block.r, s.s) for s in slacks]
         self.here = self._merit(objective, [s.s for s in slacks], self.gaps)
 
-    def run(self, filter_: Filter, kkt: KKTSystem) -> Trial | None:
+    def run(self, filter_: Filter, kkt: KKTSystem) -> TrialPoint | None:
         """Return the first point that the filter accepts; None if there is none."""
         slope = self._slope()
         alpha = self.alpha_max
@@ -105,17 +105,17 @@ class LineSearch:
             alpha *= 0.5
         return None
 
-    def trial(self, alpha: float) -> Trial:
+    def trial(self, alpha: float) -> TrialPoint:
         """Return the point at a fraction of the step."""
         return self._along(self._step, alpha, alpha)
 
-    def _along(self, step: Step, part: float, alpha: float) -> Trial:
+    def _along(self, step: Step, part: float, alpha: float) -> TrialPoint:
         """Return the point at a part of a step, to be known as that of a fraction alpha."""
         x = self._x + part * step.x
         s = [s.s + part * d for s, d in zip(self._slacks, step.s, strict=True)]
-        return Trial(x, s, self._e.values(x), alpha)
+        return TrialPoint(x, s, self._e.values(x), alpha)
 
-    def _corrected(self, trial: Trial, kkt: KKTSystem) -> Trial:
+    def _corrected(self, trial: TrialPoint, kkt: KKTSystem) -> TrialPoint:
         """Return the second-order correction of a trial point."""
         gaps = [
             trial.alpha * gap + s.gap(r, new)
@@ -130,7 +130,7 @@ class LineSearch:
             [1.0, *(x.largest_step(d, self.tau) for x, d in zip(self._slacks, ds, strict=True))]
         )
 
-    def _merit_of(self, trial: Trial) -> Merit:
+    def _merit_of(self, trial: TrialPoint) -> Merit:
         gaps = [s.gap(r, new) for s, r, new in zip(self._slacks, trial.r, trial.s, strict=True)]
         return self._merit(self._e.objective(trial.x, trial.r), trial.s, gaps)
 

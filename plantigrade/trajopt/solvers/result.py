@@ -72,7 +72,7 @@ class Multipliers:
 
 
 @dataclass(frozen=True)
-class Result:
+class SolverResult:
     """Where the solver ended."""
 
     c: Float[Array, "n_coefficients n_coordinates"]

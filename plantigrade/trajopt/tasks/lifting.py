@@ -26,8 +26,8 @@ from plantigrade.trajopt.tasks.task import MotionTask, ObjectPath
 from plantigrade.trajopt.terms.carrying import (
     BehindTrajectory,
     Carried,
+    CarryingPath,
     FollowTrajectory,
-    Trajectory,
 )
 from plantigrade.trajopt.terms.posture import Symmetry, Upright
 from plantigrade.trajopt.terms.term import Term
@@ -63,7 +63,7 @@ def lift(human: Human, parameters: Lift) -> MotionTask:
         (ahead, 0.0, top + OVER_TABLE),
         (ahead + ONTO_TABLE, 0.0, top),
     )
-    way = Trajectory(start, stop, places, WAY_SHARES)
+    way = CarryingPath(start, stop, places, WAY_SHARES)
     feet, standing = standing_feet(human), standing_posture(human)
     plan = ContactPlan(duration, standing_stances(feet, duration))
     terms: list[Term] = [
@@ -95,7 +95,7 @@ def lift(human: Human, parameters: Lift) -> MotionTask:
 
 
 def _drawn(
-    way: Trajectory, parameters: Lift, ahead: float
+    way: CarryingPath, parameters: Lift, ahead: float
 ) -> tuple[tuple[SceneObject, ObjectPath], ...]:
     """Return box and table; the table begins where the box rises past its edge."""
     table = (TABLE_DEPTH, TABLE_WIDTH, TABLE_THICKNESS)

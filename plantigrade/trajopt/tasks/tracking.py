@@ -76,7 +76,7 @@ TOE_TORQUE_WEIGHTS = {"mtp_angle": 10.0}
 
 
 @dataclass(frozen=True)
-class Tracking:
+class TrackingWeights:
     """Weights of the squares of what is penalised.
 
     Attributes:
@@ -167,7 +167,7 @@ def track(
         return forces_at_sites(body, feet.at(nodes), seated, q, active[:, 2::3])
 
     moments = expected_moments(human, motion, forces, moved)
-    terms = Tracking().terms(moved, q, feet, moments)
+    terms = TrackingWeights().terms(moved, q, feet, moments)
     return MotionTask(
         "track",
         plan,

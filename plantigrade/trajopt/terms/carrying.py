@@ -25,7 +25,7 @@ m/s²."""
 
 
 @dataclass(frozen=True)
-class Trajectory:
+class CarryingPath:
     """A trajectory from place to place: each coordinate rests, moves as a quintic, and rests.
 
     Hands of people move so [Flash1985]_.
@@ -64,7 +64,7 @@ class Carried(Wrench):
 
     mass: float = 0.0  #: Its mass, or the part that this point carries [kg]
     gravity: float = 0.0  #: Acceleration of gravity [m/s²]
-    way: Trajectory | None = None  #: How it moves
+    way: CarryingPath | None = None  #: How it moves
 
     def values(self, times: Float[Array, " n"], plan: ContactPlan) -> Float[Array, "n 6"]:
         """Return force [N] and moment [N m] at times [s], world axes."""
@@ -81,7 +81,7 @@ class FollowTrajectory(Term):
     """A point of the body follows a trajectory: a hand on a box."""
 
     point: Point  #: The point
-    way: Trajectory  #: Where it goes
+    way: CarryingPath  #: Where it goes
     offset: Triple = (0.0, 0.0, 0.0)  #: Of the point from the trajectory, world [m]
 
     @property
@@ -128,7 +128,7 @@ class BehindTrajectory(Term):
     """A point of the body stays behind a thing on a way, along x: a knee behind a box."""
 
     point: Point  #: The point
-    way: Trajectory  #: Trajectory of the thing
+    way: CarryingPath  #: Trajectory of the thing
     distance: float  #: From the way back to the side of the thing [m]
     label: str  #: What the point and the thing are called: ``"patella_r behind the box"``
 
@@ -153,7 +153,7 @@ class BehindTrajectory(Term):
         )  # fmt: skip
 
 
-def _sampled(way: Trajectory, before: float) -> tuple[list[float], Float[Array, "n 3"]]:
+def _sampled(way: CarryingPath, before: float) -> tuple[list[float], Float[Array, "n 3"]]:
     start, stop = way.start - before, way.stop + before
     times = np.linspace(start, stop, round((stop - start) * CONDITION_RATE) + 1)
     return times.tolist(), way.at(times)
