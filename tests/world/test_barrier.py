@@ -40,14 +40,16 @@ def test_who_is_far_from_a_bar_says_nothing_of_it():
     assert "barrier.clearance" not in world.simulate(passive, 0.02).signals
 
 
-def test_who_walks_stoops_before_a_bar_as_deep_as_it_is_low(walk_of_somebody):
+def test_a_walker_stoops_before_a_bar_as_deep_as_it_is_low(walk_of_somebody):
     walk = walk_of_somebody
-    for ahead, below, stoops in ((0.7, 0.10, 16.0), (9.0, 0.10, 0.0), (0.7, -0.3, 0.0)):
+    spare = 4.0, 8.0  # [cm] a head passes under the bar by a few centimetres
+    for ahead, below, stoops in ((0.7, 0.10, True), (9.0, 0.10, False), (0.7, -0.3, False)):
         walker = Walker(walk)
         bar = Barrier(ahead=ahead, height=walk.human.height - below)
         world = World(walk.human, walk.ground, (bar,), rate=600.0, control_rate=200.0)
         walker(world.reset())
-        assert walker.targets[2].value == pytest.approx(stoops)
+        depth = walker.targets[2].value  # [cm]
+        assert spare[0] < depth - 100.0 * below < spare[1] if stoops else depth == 0.0
     bar = Barrier(ahead=9.0, height=walk.human.height - 0.4)
     world = World(walk.human, walk.ground, (bar,), rate=600.0, control_rate=200.0)
     with pytest.raises(ParameterError, match="too low to walk under: somebody of 1.75 m stoops"):
