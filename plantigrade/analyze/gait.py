@@ -132,7 +132,7 @@ def gait_measures(
     toe: Float[Array, "n_frames 2 3"],
     events: Iterable[GaitEvent],
     *,
-    overground: bool | None = None,
+    overground: bool = False,
 ) -> GaitMeasures:
     """Return the spatio-temporal measures of a recording.
 
@@ -141,7 +141,8 @@ def gait_measures(
         heel: Back of the heel, right then left, world [m]; NaN if not visible.
         toe: Toe tip or metatarsal head, right then left, world [m] (to detect moving ground).
         events: Gait events; measures outside them remain unknown.
-        overground: Whether the ground is known to be at rest; by default the feet tell.
+        overground: Whether the ground is known to be at rest; otherwise its velocity is
+            estimated from the feet.
     """
     events = sorted(events, key=lambda event: event.time)
     ground = np.zeros((len(time), 3)) if overground else ground_velocity(time, heel, toe)

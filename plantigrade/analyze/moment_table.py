@@ -1,4 +1,4 @@
-"""Moments of a person's own OpenSim model, as its coordinates have them."""
+"""Generalised forces of a person's own OpenSim model, in the coordinates of that model."""
 
 import numpy as np
 

@@ -25,7 +25,7 @@ MIN_FRAMES = 6  # [1] minimum number of frames in which the ball rests
 MIN_STANCES = 2  # [1] minimum number of stances
 MAX_RISE = 0.01  # [m] height above its lowest at which the ball of a person who does not step rests
 EDGE = 0.1  # [s] left out at both ends of such a rest
-WINDOW_DURATION = 0.3  # [s] pieces of it, as long as the parts of a stance
+WINDOW_DURATION = 0.3  # [s] of the parts in which a foot is compared, as long as those of a stance
 BELT_SPEED = 0.2  # [m/s] speed of the standing feet above which the ground is a belt
 MAX_VELOCITY = 0.033
 """Largest root mean square of the horizontal velocity of standing feet [m/s]. Settled on 27

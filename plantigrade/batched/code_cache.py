@@ -20,9 +20,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 VARIABLE = "PLANTIGRADE_CACHE"
-MAX_CACHE_SIZE = (
-    2**30
-)  # bytes: some hundred kinds of bodies and contacts; the least recently used go first
+MAX_CACHE_SIZE = 2**30
+"""Size of the cache [bytes]: some hundred kinds of bodies and contacts; the least recently used are
+deleted first. Chosen."""
 _MARK = b"plantigrade cache\n"
 
 

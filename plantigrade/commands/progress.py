@@ -193,7 +193,7 @@ class SolverProgress:
 
     @contextmanager
     def listening(self) -> Iterator[None]:
-        """End with the best solution so far at the first Ctrl-C, and abort at the second."""
+        """Stop with the best solution so far at the first Ctrl-C; abort at the second."""
 
         def ask(*_: Any) -> None:
             if self.asked:

@@ -62,7 +62,7 @@ def test_all_joints_cost_as_much_at_their_strength():
 
 
 def test_power_costs_less_where_joints_share_it_and_work_does_not():
-    """Of 400 W, large beside the rounding, one joint does all, or four do a quarter each."""
+    """400 W, far above the rounding, is done by one joint, or shared equally by four."""
     alone, shared = np.array([4.0, 0.0, 0.0, 0.0]), np.full(4, 1.0)
     cost = {}
     for term in (Work(1.0), Power(1.0)):

@@ -85,7 +85,7 @@ def test_machine_code_agrees_with_casadi(vault, nodes):
 
 
 def test_machine_code_is_made_where_a_process_has_mapped_much():
-    """PyTorch maps so much that LLVM's own memory manager puts code too far from constants."""
+    """PyTorch maps so much memory that LLVM's own manager puts code out of reach of constants."""
     if not find_spec("torch"):
         pytest.skip("PyTorch is not installed")
     lines = (

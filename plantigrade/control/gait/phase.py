@@ -49,7 +49,7 @@ class GaitSettings:
     late_descent_speed: float = 0.5
     """Speed at which a foot descends that misses the ground, until the phase no longer waits for it
     [m/s]. Chosen (±20 %: deviation 7 %)."""
-    max_wait: float = StepSettings.swing_durations[0] + 2.0 * StepSettings.load_transfer_duration
+    max_wait: float = StepSettings().step_time
     """Time for which the phase waits for a foot [s]: that of the fastest recovery step."""
     stance_time: float = StepSettings.load_transfer_duration
     """Time constant of the offset of a stance foot [s], which settles while it takes its load."""

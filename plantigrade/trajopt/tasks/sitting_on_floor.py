@@ -32,8 +32,8 @@ from plantigrade.trajopt.tasks.standing import bent
 class SittingOnFloor:
     """Where a person sits on the floor, and when contacts change.
 
-    All are estimates: lengths at which limbs reach and clear each other in persons of 1.3 to 2 m,
-    times at which nothing is hurried.
+    All are estimates: with these lengths, limbs reach and clear each other in people of 1.3 to 2 m;
+    with these times, each phase is slow enough for the strength of people.
     """
 
     first_off: float = 0.06  #: The first heel leaves the floor [1, of the duration]

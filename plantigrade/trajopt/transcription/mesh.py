@@ -16,9 +16,9 @@ zero at both ends would be zero throughout."""
 EQUAL_INTERVAL_RATIO = 0.7
 """Length of an interval relative to its neighbour from which it counts as equal [1]."""
 
-EXCESS_OF_PARTS = {8: 8.0, 4: 2.0, 2: 0.0}
-"""Number of parts of an interval that is divided → excess above which there are so many [1]. In
-jumps, runs and hops one round of refinement is enough with these, or two."""
+MIN_EXCESS = {8: 8.0, 4: 2.0, 2: 0.0}
+"""Number of parts → excess of the error above which an interval is divided into that many [1].
+Chosen: with these values one or two rounds of refinement suffice for jumps, runs and hops."""
 
 
 def nodes_of(plan: ContactPlan, nodes_per_second: float = 20.0) -> Float[Array, " n"]:
@@ -90,7 +90,7 @@ def split(
         most[near & (most == 0)] = 1.0
     new = [nodes]
     for k in np.flatnonzero(most > 0):
-        wanted = (p for p in (8, 4, 2) if length[k] >= p * shortest)
-        parts = next((p for p in wanted if most[k] > EXCESS_OF_PARTS[p]), 1)
+        allowed = (n for n in MIN_EXCESS if length[k] >= n * shortest)
+        parts = next((n for n in allowed if most[k] > MIN_EXCESS[n]), 1)
         new.append(nodes[k] + length[k] * np.arange(1, parts) / parts)
     return np.sort(np.concatenate(new))
