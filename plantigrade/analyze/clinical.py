@@ -67,15 +67,35 @@ def clinical_angles(
     return found | foot_progression(record)
 
 
-def clinical_figures(record: Record, figures: Mapping[str, Any]) -> dict[str, Any]:
+def known_curves(
+    record: Record, curves: GaitCurves, loaded: GaitCurves | None = None
+) -> dict[str, Float[Array, "n_cycles n_percent"]]:
+    """Return angles of both sides and the trunk, and loads, that are known at every percent.
+
+    Args:
+        record: The record.
+        curves: Its curves.
+        loaded: Curves of the record whose forces count, where it is another one.
+    """
+    rows = clinical_angles(record, curves)
+    rows |= {n: values for n, values in curves.angles.items() if n.startswith("lumbar")}
+    rows |= (loaded or curves).loads()
+    return {n: v for n, v in rows.items() if len(v) and np.isfinite(v).any(axis=0).all()}
+
+
+def clinical_figures(
+    record: Record, figures: Mapping[str, Any], curves: GaitCurves | None = None
+) -> dict[str, Any]:
     """Return scores, symmetry and foot progression of a gait; nothing for other motions.
 
     Running, and walking backward or sideways, have scores only with norms of the user.
 
     Args:
+        record: The record.
         figures: Known figures, as in ``metrics.json``.
+        curves: Its curves, where they are known already.
     """
-    curves = gait_curves(record)
+    curves = curves or gait_curves(record)
     if not curves.cycles:
         return {}
     angles, choice = clinical_angles(record, curves), norms_for(record, figures)

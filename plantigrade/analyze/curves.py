@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
 from plantigrade.analyze.foot_progression import MIN_DISPLACEMENT
 from plantigrade.analyze.laboratory_angles import marker_angles
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.motion import Table
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, frames_near, normalise_cycles
@@ -145,15 +146,9 @@ def _loads(
     estimated: bool,
 ) -> tuple[dict[str, Array], dict[str, Array], dict[str, Array]]:
     """Return moments and powers of coordinates and ground reactions over time, where known."""
-    moments, powers, forces = {}, {}, {}
+    forces: dict[str, Array] = {}
     swing = {s: _unloaded_swing(record, cycles, s, estimated) for s in sides}
-    if record.qfrc_actuator is not None:
-        for name in names:
-            known_here = known_above(record, name, estimated=estimated)
-            known_here[swing.get(split_side(name)[1], slice(0))] = 1.0
-            moment = known_here * record.torque(name) / record.human.mass
-            moments[name] = moment
-            powers[name] = moment * record.motion.velocity(name)
+    moments, powers = joint_loads(record, names, estimated=estimated, unloaded=swing)
     if record.contact_force is not None:
         for foot in (s for s in sides if any(site.side == s for site in record.sites)):
             known_here = known(record, foot, estimated=estimated)
@@ -161,6 +156,33 @@ def _loads(
             share = record.foot(foot).force * known_here[:, None] / record.weight
             forces |= {f"{a}_{foot}": x for a, x in zip(AXES, share.T, strict=True)}
     return moments, powers, forces
+
+
+def joint_loads(
+    record: Record,
+    names: Sequence[str],
+    *,
+    estimated: bool,
+    unloaded: Mapping[str, Bool[Array, " n_frames"]] = MappingProxyType({}),
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Return moments [N m/kg] and powers [W/kg] of coordinates over time, by name.
+
+    They are NaN where the forces they depend on are unknown; without torques there are none.
+
+    Args:
+        record: The record.
+        names: The coordinates.
+        estimated: Whether estimated forces count.
+        unloaded: Side → frames in which its foot is known to bear nothing.
+    """
+    moments: dict[str, Array] = {}
+    powers: dict[str, Array] = {}
+    for name in () if record.qfrc_actuator is None else names:
+        there = known_above(record, name, estimated=estimated)
+        there[unloaded.get(split_side(name)[1], slice(0))] = 1.0
+        moments[name] = there * record.torque(name) / record.human.mass
+        powers[name] = moments[name] * record.motion.velocity(name)
+    return moments, powers
 
 
 def _unloaded_swing(

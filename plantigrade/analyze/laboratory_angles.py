@@ -31,6 +31,8 @@ different names:
 feet that point forward.
 """
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 
 from plantigrade.analyze.foot_progression import foot_line, inward_angle, marker_path
@@ -51,13 +53,23 @@ FORWARD = np.array([1.0, 0.0])  # direction in which a fitted person faces
 RIGID_TOLERANCE = 1e-6  # [m] movement of a marker relative to its body
 MIN_THIGH_MARKERS = 2  # minimum number of markers on a thigh, besides its hip centre
 MIN_KNEE_MARKERS = 3  # minimum number of markers on thigh and shank
+_FOUND: WeakKeyDictionary[Record, Table | None] = WeakKeyDictionary()
+"""Angles of the records that are in use: figures, curves, report and tables of a run ask for the
+same ones, and they take most of the time of its curves."""
 
 
 def marker_angles(record: Record) -> Table | None:
     """Return the angles of this module for which markers were recorded [rad].
 
     The result is None if there are none, or the person is a model of their own, without landmarks.
+    It is computed once for a record.
     """
+    if record not in _FOUND:
+        _FOUND[record] = _marker_angles(record)
+    return _FOUND[record]
+
+
+def _marker_angles(record: Record) -> Table | None:
     if record.recorded_markers is None or type(record.human) is not Human:
         return None
     table, columns_kept = laboratory_angles(record), []

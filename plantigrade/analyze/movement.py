@@ -7,7 +7,7 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from plantigrade.analyze.clinical import clinical_figures, norms_for, usual_walk
-from plantigrade.analyze.curves import gait_curves
+from plantigrade.analyze.curves import GaitCurves, gait_curves
 from plantigrade.analyze.feet import foot_path
 from plantigrade.analyze.gait import gait_measures
 from plantigrade.analyze.norms import agreement_with_norm, names
@@ -103,8 +103,9 @@ def walk_figures(record: Record, person: Mapping[str, Any]) -> dict[str, Any]:
     for name in ("thigh", "shank", "ankle_height"):
         found[f"length_{name}_m"] = float(getattr(human.dimensions, name))
     known = {**person, **found}
-    found |= ground_force_figures(record) | clinical_figures(record, known)
-    return found | norm_figures(record, known)
+    curves = gait_curves(record)
+    found |= ground_force_figures(record) | clinical_figures(record, known, curves)
+    return found | norm_figures(record, known, curves)
 
 
 def walking_direction(record: Record) -> str:
@@ -145,12 +146,12 @@ def ground_force_figures(record: Record) -> dict[str, float]:
     return found
 
 
-def norm_figures(record: Record, known: Mapping[str, Any]) -> dict[str, float]:
+def norm_figures(record: Record, known: Mapping[str, Any], curves: GaitCurves) -> dict[str, float]:
     """Return differences of hip, knee and ankle angles from published means over the cycle.
 
     The means are those of adults, children or the user's norms.
     """
-    choice, curves = norms_for(record, known), gait_curves(record)
+    choice = norms_for(record, known)
     if (
         "walking_speed_m_s" not in known
         or not usual_walk(known)

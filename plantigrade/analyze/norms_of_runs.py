@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from plantigrade.analyze.clinical import clinical_angles
+from plantigrade.analyze.clinical import known_curves
 from plantigrade.analyze.curves import gait_curves
 from plantigrade.analyze.feet import progress_in_stance
 from plantigrade.analyze.norms import Population
@@ -121,11 +121,7 @@ def person_curves(record: Record) -> dict[str, Float[Array, " n_percent"]]:
     curves = gait_curves(record)
     if not curves.cycles:
         return {}
-    rows: dict[str, Array] = dict(clinical_angles(record, curves))
-    rows |= {n: v for n, v in curves.angles.items() if n.startswith("lumbar")}
-    rows |= curves.loads()
     sides: dict[str, list[Array]] = {}
-    for name, values in rows.items():
-        if len(values) and np.isfinite(values).any(axis=0).all():
-            sides.setdefault(without_side(name), []).append(np.nanmean(values, axis=0))
+    for name, values in known_curves(record, curves).items():
+        sides.setdefault(without_side(name), []).append(np.nanmean(values, axis=0))
     return {name: np.mean(both, axis=0) for name, both in sides.items() if name in NAMES}

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from plantigrade.analyze.clinical import clinical_angles
+from plantigrade.analyze.clinical import known_curves
 from plantigrade.analyze.curves import LOADED_JOINTS, gait_curves
 from plantigrade.analyze.gait_profile import ANGLES
 from plantigrade.arrays import Array
@@ -57,12 +57,10 @@ def gait_of(run: Run, name: str) -> ComparedGait:
             f"{name} shows no complete gait cycle; runs are compared over the gait cycle, so give "
             "walks"
         )
-    every: dict[str, Array] = dict(clinical_angles(run.record, curves))
-    every |= {n: curves.angles[n] for n in TRUNK if n in curves.angles}
-    every |= {n: rows for n, rows in loaded.loads().items() if "_power_" not in n}
-    known = {n: rows for n, rows in every.items() if len(rows) and np.isfinite(rows).any(0).all()}
     known = {
-        n: v for n, v in known.items() if n[:-2] in ANGLES or np.nanmax(v) - np.nanmin(v) > 1e-6
+        n: v
+        for n, v in known_curves(run.record, curves, loaded).items()
+        if "_power_" not in n and (n[:-2] in ANGLES or np.nanmax(v) - np.nanmin(v) > 1e-6)
     }
     offs = {side: run.figures.get(f"stance_{side}_pct") for side in SIDES}
     return ComparedGait(

@@ -20,7 +20,6 @@ class Command(VaultSettings, JobOptions, PageOptions):
     def run(self) -> Outcome:
         """Search, and write the run folder."""
         from plantigrade.commands.progress import Progress
-        from plantigrade.workflows.save import save
         from plantigrade.workflows.vault import run_vault
 
         progress = Progress(quiet=self.quiet)
@@ -34,12 +33,7 @@ class Command(VaultSettings, JobOptions, PageOptions):
             step=progress.step,
             command=command_line(),
         )
-        with progress.step("writing the report and the viewer"):
-            run = save(run, self.out, overwrite=self.overwrite)
-        for sentence in run.record.notes:
-            progress.note(sentence)
-        folder = run.folder or Path()
-        return Outcome(summary(folder, run.metrics), run.metrics, (folder,))
+        return self.written(run, progress, summary)
 
 
 def summary(folder: Path, metrics: dict[str, Any]) -> str:

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.analyze.curves import coordinates_of, gait_curves, known, known_above
+from plantigrade.analyze.curves import coordinates_of, gait_curves, joint_loads, known
 from plantigrade.analyze.foot_progression import foot_progression
 from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array
@@ -89,14 +89,11 @@ def _angles(record: Record) -> dict[str, Array]:
 
 def _loads(record: Record, *, estimated: bool) -> dict[str, Array]:
     """Return moments, powers, ground reactions and centres of pressure over time, by column."""
-    motion, mass = record.motion, record.human.mass
     found: dict[str, Array] = {}
-    if record.qfrc_actuator is not None:
-        for name in record.human.coordinates:
-            there = known_above(record, name, estimated=estimated)
-            moment = there * record.torque(name) / mass
-            found[_load(name, "moment_nm_kg")] = moment
-            found[_load(name, "power_w_kg")] = moment * motion.velocity(name)
+    moments, powers = joint_loads(record, record.human.coordinates, estimated=estimated)
+    for name, moment in moments.items():
+        found[_load(name, "moment_nm_kg")] = moment
+        found[_load(name, "power_w_kg")] = powers[name]
     if record.has_forces:
         for side in SIDES:
             foot, there = record.foot(side), known(record, side, estimated=estimated)
