@@ -13,14 +13,15 @@ from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import lowpass
 from plantigrade.record import Record
+from plantigrade.spatial.conventions import less_tilted
 
 PELVIS_CUTOFF = 3.0
 """Low-pass of the correction of the pelvis' height [Hz]: at 6 Hz the feet of one walk would carry
 0.1 to 1.5 times the weight; recorded were 0.7 to 1.3."""
 MAX_FOOT_RATIO = 1.25
-"""Ratio of foot to leg length, over that of the recording, above which the legs do not reach for
-the recorded soles: knees would bend twice as far. Chosen."""
-BODY_CUTOFF = 6.0  #: Low-pass of the correction of the body's height above that ratio [Hz]. Chosen
+"""Ratio of foot to leg length, over that of the recording, above which feet roll less: heels are
+raised by no more than that times what the length of the leg says. Feet that were large for their
+legs threw the body up and down with up to 17 m/s², farther than gravity can. Chosen."""
 
 
 def transferred(record: Record, human: Human, *, faster: float = 1.0) -> Record:
@@ -30,7 +31,7 @@ def transferred(record: Record, human: Human, *, faster: float = 1.0) -> Record:
     stays. A slow correction of the pelvis brings the feet to the ground without bouncing; inverse
     kinematics of the legs corrects the rest: soles are as high as recorded, and the distance of the
     feet is at least that of the hips, so that long legs do not cross. Feet that are large for their
-    legs keep all angles. Forces are left out.
+    legs roll less. Forces are left out.
     """
     motion, scale = record.motion, leg_length(human) / leg_length(record.human)
     names, values = record.human.to_coordinates(motion.qpos)
@@ -40,12 +41,13 @@ def transferred(record: Record, human: Human, *, faster: float = 1.0) -> Record:
     time_scale = float(np.sqrt(scale)) / faster
     time = time_scale * (motion.time - motion.time[0])
     own, other = human.dimensions.foot_length, record.human.dimensions.foot_length
-    large = own / other > MAX_FOOT_RATIO * scale
-    qpos[:, 2] -= lowpass(time, lowest(human, qpos), cutoff=BODY_CUTOFF if large else PELVIS_CUTOFF)
-    if not large:
-        legs = _Legs.of(record.human, motion.qpos)
-        wider = min(_Legs.of(human, qpos[:1]).hips / legs.hips, scale)
-        qpos = _reached(human, qpos, scale * (legs.sole - record.ground.height), wider * legs.aside)
+    roll = MAX_FOOT_RATIO * scale * other / own
+    if roll < 1.0:
+        qpos = _rolled(human, qpos, roll)
+    qpos[:, 2] -= lowpass(time, lowest(human, qpos), cutoff=PELVIS_CUTOFF)
+    legs = _Legs.of(record.human, motion.qpos)
+    wider = min(_Legs.of(human, qpos[:1]).hips / legs.hips, scale)
+    qpos = _reached(human, qpos, scale * (legs.sole - record.ground.height), wider * legs.aside)
     events = tuple(replace(e, time=time_scale * (e.time - motion.time[0])) for e in motion.events)
     qvel = np.zeros((len(time), human.model.nv))
     moved = Motion(time, qpos, qvel, human.joint_names, events=events)
@@ -84,6 +86,15 @@ class _Legs:
         paths = sole_paths(human, qpos)
         sole = np.stack([paths.position[:, paths.of(s), 2].min(axis=1) for s in SIDES], axis=1)
         return cls(ankle, turn, sole, np.einsum("nik,nk->ni", ankle - hip, left), left, apart)
+
+
+def _rolled(human: Human, qpos: Float[Array, "n nq"], part: float) -> Float[Array, "n nq"]:
+    """Return postures whose feet, and toes in them, are tilted by a part of what they were."""
+    now, out = _Legs.of(human, qpos), qpos.copy()
+    turn = np.array([[less_tilted(R, 1.0 - part) for R in feet] for feet in now.turn])
+    toes = [i for i, name in enumerate(human.coordinates) if name.startswith("mtp")]
+    out[:, 7 + np.array(toes, dtype=int)] *= part
+    return LegInverse(human).reach(out, now.ankle, turn)
 
 
 def _reached(

@@ -5,6 +5,8 @@
 * Free joint: MuJoCo's velocity is linear in world axes and angular in body axes.
 """
 
+from functools import lru_cache
+from math import atan2, cos, hypot, sin
 from typing import Any
 
 import numpy as np
@@ -63,6 +65,27 @@ def surface_axes(normal: Float[Array, " 3"]) -> Float[Array, "3 3"]:
     first = first - (first @ normal) * normal
     first = first / np.linalg.norm(first)
     return np.stack([first, np.cross(normal, first), normal], axis=1)
+
+
+def tilt_to(normal: Array) -> Float[Array, "3 3"]:
+    """Return the shortest rotation of the vertical to a normal of the ground."""
+    return _tilt(*normal.tolist())
+
+
+@lru_cache(maxsize=16)
+def _tilt(x: float, y: float, z: float) -> Array:
+    k = 1.0 / (1.0 + z)
+    xx, xy, yy = k * x * x, k * x * y, k * y * y
+    return np.array([[1.0 - xx, -xy, x], [-xy, 1.0 - yy, y], [-x, -y, z]])
+
+
+def less_tilted(rotation: Float[Array, "3 3"], part: float) -> Float[Array, "3 3"]:
+    """Return the rotation of a body, such as a foot, without a part of its tilt."""
+    x, y, z = rotation[:, 2].tolist()
+    far = max(hypot(x, y), 1e-9)
+    angle = part * atan2(far, z)
+    normal = np.array([-x / far * sin(angle), -y / far * sin(angle), cos(angle)])
+    return tilt_to(normal) @ rotation
 
 
 def about_axis(axis: Float[Array, " 3"], angle: Float[Array, " n"]) -> Float[Array, "n 3 3"]:

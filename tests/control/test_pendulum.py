@@ -14,7 +14,6 @@ from plantigrade.control.gait.phase import Foot
 from plantigrade.control.gait.reference import STEP, ReferenceSettings, reference_of
 from plantigrade.control.gait.swing import SwingOffset
 from plantigrade.control.pendulum import Pendulum, PendulumSettings, walk_of
-from plantigrade.control.pendulum.feet import levelled
 from plantigrade.control.pendulum.hold import CommandHold
 from plantigrade.control.pendulum.reference import with_feasible_com
 from plantigrade.control.pendulum.summary import Footfall, walk_summary
@@ -25,7 +24,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
 from plantigrade.record import Run
-from plantigrade.spatial.conventions import about_axis, about_vertical, turned
+from plantigrade.spatial.conventions import about_vertical, turned
 from plantigrade.workflows.simulate import simulate
 from plantigrade.world import Push, StablePD, World
 
@@ -201,6 +200,27 @@ def test_an_error_that_feet_cannot_correct_is_left_to_the_whole_body(begun):
     assert pressure(0.5) == pytest.approx(farthest)
 
 
+def test_a_descent_along_a_slope_is_not_braked(begun):
+    controller, _, state = begun
+    reference, body, still = controller.reference, state.body, np.zeros(2)
+    ref, tasks = reference.at(controller.gait.phase), WalkingTasks(body.human, 0.9)
+    foot, high = body.origins[controller.foot_bodies[0], None, :2], float(body.com[2] - 0.9)
+
+    def vertical(slope, descent):
+        """Return the desired vertical acceleration where a far footstep is below [m/s²]."""
+        qvel = body.qvel.copy()
+        qvel[2] -= body.com_velocity[2] + descent
+        moved = body.moved_to(body.qpos, qvel)
+        return tasks.com_acceleration(
+            moved, ref, 1.0, reference.omega, still, still, 0.1, foot, high, slope, 0.1
+        )[2]
+
+    down = np.array([-0.3, 0.0])
+    along = 0.3 * body.com_velocity[0]
+    assert vertical(still, 0.6) > vertical(still, 0.1)
+    assert vertical(down, along + 0.1) == pytest.approx(vertical(still, 0.1))
+
+
 SIZE = np.array([0.2, 0.1])
 
 
@@ -303,16 +323,6 @@ def test_a_foot_that_goes_its_own_way_moves_smoothly_whatever_the_motion_does():
     assert np.linalg.norm(bends, axis=1).max() < 62.0  # its own 60 m/s², and rounding
     swing.lead(np.zeros(2), 0.3, step)
     assert swing.own is None  # along with the motion again
-
-
-def test_a_levelled_foot_loses_its_slope_and_keeps_its_heading():
-    slope, heading = np.radians([20.0, 35.0])
-    foot = about_vertical(heading) @ about_axis(np.array([0.0, 1.0, 0.0]), np.array([-slope]))[0]
-    for part in (0.0, 0.5, 1.0):
-        found = levelled(foot, part)
-        assert np.arccos(found[2, 2]) == pytest.approx((1.0 - part) * slope, abs=1e-6)
-        assert np.arctan2(found[1, 0], found[0, 0]) == pytest.approx(heading)
-        np.testing.assert_allclose(found @ found.T, np.eye(3), atol=1e-12)
 
 
 def test_a_foot_that_is_held_up_is_led_no_farther():

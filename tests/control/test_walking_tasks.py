@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from plantigrade.contact.site import contact_sites
-from plantigrade.control.pendulum.tasks import WalkingTasks, tilt_to
+from plantigrade.control.pendulum.tasks import WalkingTasks
 from plantigrade.kinematics.state import PointSet, State
 from plantigrade.models import Human
+from plantigrade.spatial.conventions import tilt_to
 from plantigrade.wbc import Rows, Touching, WholeBody
 
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")

@@ -90,3 +90,15 @@ def _free_flyer(pin):
     model = pin.Model()
     model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "root")
     return model
+
+
+def test_a_foot_that_is_less_tilted_keeps_its_heading():
+    slope, heading = np.radians([20.0, 35.0])
+    foot = (
+        c.about_vertical(heading) @ c.about_axis(np.array([0.0, 1.0, 0.0]), np.array([-slope]))[0]
+    )
+    for part in (0.0, 0.5, 1.0):
+        found = c.less_tilted(foot, part)
+        assert np.arccos(found[2, 2]) == pytest.approx((1.0 - part) * slope, abs=1e-6)
+        assert np.arctan2(found[1, 0], found[0, 0]) == pytest.approx(heading)
+        np.testing.assert_allclose(found @ found.T, np.eye(3), atol=1e-12)

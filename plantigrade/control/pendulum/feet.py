@@ -1,6 +1,6 @@
 """The desired motion of both feet: swing paths led to footsteps, and soles on the ground."""
 
-from math import atan2, cos, hypot, sin
+from math import hypot
 
 import numpy as np
 
@@ -12,9 +12,9 @@ from plantigrade.control.pendulum.footstep import Footstep
 from plantigrade.control.pendulum.ground import LocalGround, SoleOnGround, Soles
 from plantigrade.control.pendulum.plan import StepPlan
 from plantigrade.control.pendulum.swing import SwingPath, limit_to_reach
-from plantigrade.control.pendulum.tasks import WalkingTasks, tilt_to
+from plantigrade.control.pendulum.tasks import WalkingTasks
 from plantigrade.kinematics.state import State
-from plantigrade.spatial.conventions import about_vertical
+from plantigrade.spatial.conventions import about_vertical, less_tilted, tilt_to
 from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks.point import rotation_to
 
@@ -187,7 +187,7 @@ class Feet:
             desired, change = rate * ref.foot_angular_velocity[i], ref.foot_angular_acceleration[i]
             level = self._levelling(foot)
             if level > 0.0:  # a foot that is level no longer turns as recorded
-                rotation = levelled(rotation, level)
+                rotation = less_tilted(rotation, level)
                 slower = np.array([1.0 - level, 1.0 - level, 1.0])
                 desired, change = slower * desired, slower * change
             error = rotation_to(tilt @ rotation, now)
@@ -213,12 +213,3 @@ class Feet:
                 gap = -float(soles.height[person.of_side[i]].min()) * normal
                 rows.append(tasks.position.of(points, i, (gap, still, still)).rows(body))
         return rows
-
-
-def levelled(rotation: Float[Array, "3 3"], part: float) -> Float[Array, "3 3"]:
-    """Return the rotation of a foot of whose slope a part is taken away."""
-    x, y, z = rotation[:, 2].tolist()
-    far = max(hypot(x, y), 1e-9)
-    angle = part * atan2(far, z)
-    normal = np.array([-x / far * sin(angle), -y / far * sin(angle), cos(angle)])
-    return tilt_to(normal) @ rotation

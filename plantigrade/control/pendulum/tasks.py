@@ -9,7 +9,6 @@ tasks at once.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from math import sqrt
 
 import numpy as np
@@ -62,8 +61,8 @@ class WalkingTaskSettings:
     """Greatest downward acceleration where a footstep needs a low body [m/s²]: the foot hung over
     it, and the body fell over the foot."""
     max_landing_speed: float = 0.3
-    """Greatest downward speed of the mass at a touchdown for which the body is lowered [m/s]: at
-    0.7 m/s a straight leg, which does not yield, landed with up to 9 body weights."""
+    """Greatest speed of the mass towards the ground at a touchdown for which the body is lowered
+    [m/s]: at 0.7 m/s a straight leg, which does not yield, landed with up to 9 body weights."""
     min_braking_time: float = StepSettings.load_transfer_duration
     """Shortest time in which it is slowed to that speed [s], that in which a foot takes its load:
     more would throw it up. The upward acceleration for it is that of body weight at most."""
@@ -217,16 +216,17 @@ class WalkingTasks:
         rate = min(rate, 1.0)
         error = ref.com[2] + ground - lowering - com[2]
         stiffness = own.weights.com_height_stiffness
-        climb = rate * ref.com_velocity[2] + slope @ velocity[:2]
+        rise = float(slope @ velocity[:2])  # of the ground under the body [m/s]
+        climb = rate * ref.com_velocity[2] + rise
         recorded = rate**2 * ref.com_acceleration[2]
         lowest = -own.weights.max_vertical_acceleration
         if time is not None and lowering > 0.0:
-            needed = 2.0 * (max(error, -lowering) - velocity[2] * time) / time**2
+            needed = 2.0 * (max(error, -lowering) + (rise - velocity[2]) * time) / time**2
             lowest = min(max(needed, -own.max_reaching_descent), lowest)
         back = stiffness * error + 2.0 * sqrt(stiffness) * (climb - velocity[2])
         back = min(max(back, lowest), own.weights.max_vertical_acceleration)
         if time is not None and lowering > 0.0:
-            excess = -velocity[2] - own.max_landing_speed
+            excess = rise - velocity[2] - own.max_landing_speed
             brake = min(excess / max(time, own.min_braking_time), GRAVITY)
             back = max(back, brake) if excess > 0.0 else back
         most = max(recorded, own.weights.max_vertical_acceleration, back)
@@ -282,15 +282,3 @@ class WalkingTasks:
         hanging = np.maximum(gap / own.hanging_height - 1.0, 0.0)
         more = own.hanging_force_cost * hanging**2
         return weights.force_cost(held) + more
-
-
-def tilt_to(normal: Array) -> Float[Array, "3 3"]:
-    """Return the shortest rotation of the vertical to a normal of the ground."""
-    return _tilt(*normal.tolist())
-
-
-@lru_cache(maxsize=16)
-def _tilt(x: float, y: float, z: float) -> Array:
-    k = 1.0 / (1.0 + z)
-    xx, xy, yy = k * x * x, k * x * y, k * y * y
-    return np.array([[1.0 - xx, -xy, x], [-xy, 1.0 - yy, y], [-x, -y, z]])
