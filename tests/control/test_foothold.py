@@ -11,7 +11,7 @@ from plantigrade.control.pendulum.ground import GroundSettings, SoleOnGround
 from plantigrade.control.pendulum.plan import body_axes
 
 LEG, SETTINGS = 0.9, GroundSettings()
-SHAPE = SoleShape(heel=-0.063, ball=0.153, toes=0.216, half_width=0.0405)
+SHAPE = SoleShape(heel=-0.063, heel_centre=-0.045, ball=0.153, toes=0.216, half_width=0.0405)
 X = np.array([1.0, 0.0])
 
 
@@ -57,7 +57,7 @@ def test_on_a_plane_nothing_is_shifted_and_never_a_foot_onto_the_other():
 def test_a_sole_lies_on_heel_and_ball_and_is_kept_level_over_an_edge_along_it():
     sole = SoleOnGround(LEG, SHAPE, 1.0)
     over = sole.under(Ground(steps=(GroundStep(0.05, 0.05),)), np.zeros(2), X)
-    rise = np.arctan(0.05 / (SHAPE.ball - SHAPE.heel))
+    rise = np.arctan(0.05 / (SHAPE.ball - SHAPE.heel_centre))
     np.testing.assert_allclose(np.arctan2(-over[0], over[2]), rise, atol=1e-9)
     assert over[1] == 0.0
     along = sole.under(edge(0.0), np.zeros(2), X)

@@ -410,7 +410,9 @@ def test_a_foot_is_lifted_over_what_is_in_its_way_and_led_down_to_where_it_lands
     goal, still = np.array([0.6, 0.0]), np.zeros(3)
 
     def heights(level):
-        path = SwingPath(0.9, SoleShape(heel=-0.07, ball=0.15, toes=0.216, half_width=0.04))
+        path = SwingPath(
+            0.9, SoleShape(heel=-0.07, heel_centre=-0.05, ball=0.15, toes=0.216, half_width=0.04)
+        )
         path.start(np.zeros(3))
         found = []
         for u in np.linspace(0.0, 1.0, 401):

@@ -34,6 +34,7 @@ class SoleShape:
     """The sole of a foot by its contact spheres, from the ankle, in quiet standing."""
 
     heel: float  #: End of the heel ahead of the ankle, a negative number [m]
+    heel_centre: float  #: Centre of its hindmost sphere, on which it stands, likewise [m]
     ball: float  #: Head of the first metatarsal ahead of the ankle [m]
     toes: float  #: Tip of the toes ahead of the ankle [m]
     half_width: float  #: Half the distance of the outermost spheres, of their centres [m]
@@ -66,7 +67,8 @@ class SoleShape:
         toes = float((x + radius).max())
         balls = [at for at, site in zip(x, sites, strict=True) if "metatarsal_1" in site.name]
         ball = float(balls[0]) if balls else 2.0 / 3.0 * toes
-        return cls(float((x - radius).min()), ball, toes, 0.5 * float(np.ptp(y)))
+        end, width = float((x - radius).min()), float(np.ptp(y))
+        return cls(end, float(x.min()), ball, toes, 0.5 * width)
 
 
 @dataclass(frozen=True, eq=False)

@@ -127,10 +127,10 @@ class SoleOnGround:
         self.settings = own = settings or GroundSettings()
         self.leg, self.left = leg, left
         self._normal, self._shift = np.array([0.0, 0.0, 1.0]), np.zeros(2)
-        along = np.linspace(shape.heel, shape.ball, 3)
+        along = np.linspace(shape.heel_centre, shape.ball, 3)  # beyond, an edge bears nothing
         width = shape.half_width
         self._points = np.array([(x, y) for x in along for y in (width, -width)])
-        self._length, self._width = shape.ball - shape.heel, 2.0 * width
+        self._length, self._width = shape.ball - shape.heel_centre, 2.0 * width
         self._scale = leg * np.array(own.shift_scale)
         parts = np.array([(x, y) for x in PARTS for y in PARTS])
         self._tried, self._cost = parts * self._scale, (parts**2).sum(axis=1)
