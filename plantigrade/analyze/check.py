@@ -32,7 +32,7 @@ from plantigrade.analyze.findings import FindingCollector, LocatedSeries, runs
 from plantigrade.analyze.overlap import ground_overlap, overlap
 from plantigrade.analyze.pressure import centre_of_pressure, outside_support
 from plantigrade.analyze.quantities import QUANTITIES, QUANTITY
-from plantigrade.analyze.sweep import Sweep, cross, sweep
+from plantigrade.analyze.sweep import Sweep, cross, seen_from_ground, sweep
 from plantigrade.analyze.tolerances import RECORDING_TOLERANCES, Tolerances
 from plantigrade.analyze.verdict import Measure, Slip, Verdict
 from plantigrade.arrays import Array, Bool, Float
@@ -91,7 +91,7 @@ def check(record: Record | Run, tolerances: Tolerances | None = None) -> Verdict
         *_consistency(record, s, tol),
     ):
         collector.add(series)
-    conditions, broken = check_conditions(record, s, tol)
+    conditions, broken = check_conditions(*seen_from_ground(record, s), tol)
     unmeasured = {q: Measure(q, np.nan, np.nan, QUANTITY[q].unit) for q in QUANTITIES}
     return Verdict(
         {q: collector.measures.get(q, unmeasured[q]) for q in QUANTITIES},
@@ -196,7 +196,8 @@ def _facing(record: Record, s: Sweep) -> Bool[Array, "n k"]:
     for seat in record.ground.seats:
         for i, site in enumerate(record.sites):
             if site.name == seat.site:
-                away = s.point[:, i] - seat.position
+                there = record.ground.displacement(record.motion.time, seat) + seat.position
+                away = s.point[:, i] - there
                 beside = np.linalg.norm(away - s.gap[:, i, None] * np.array(seat.normal), axis=1)
                 near[:, i] = (beside < SUPPORT_REACH) & (s.gap[:, i] > -SUPPORT_REACH)
     return near
@@ -228,8 +229,12 @@ def _forces(record: Record, s: Sweep, tol: Tolerances) -> Iterator[LocatedSeries
 def _overlap(record: Record, s: Sweep, tol: Tolerances) -> LocatedSeries:
     """Return the overlap of body parts and, if the record has a limit, with the ground."""
     parts, most = [overlap(record.human, s.position, s.rotation)], record.limits.overlap
-    if most is not None and GroundPath.of(record) is None:
-        parts.append(ground_overlap(record.human, s.position, s.rotation, record.ground))
+    if most is not None:
+        moved, position, rotation = GroundPath.of(record), s.position, s.rotation
+        if moved is not None:  # as seen from the ground
+            position = moved.inward(position)
+            rotation = moved.rotation.transpose(0, 2, 1)[:, None] @ rotation
+        parts.append(ground_overlap(record.human, position, rotation, record.ground))
     limit = np.inf if most is None else 1000.0 * most + tol.overlap
     shown = limit if most is None else 1000.0 * most
     names = tuple(name.replace("_", " ") for part in parts for name in part.names)

@@ -1,13 +1,13 @@
 """Kinematics and dynamics of all frames of a Record, computed by MuJoCo in one pass."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float, Int
-from plantigrade.contact.ground import Ground
+from plantigrade.contact.ground import Ground, Seat
 from plantigrade.contact.site import contact_sites
 from plantigrade.dynamics.centroid import check_motion, root_wrench_at, without_constraints
 from plantigrade.errors import ParameterError
@@ -81,14 +81,17 @@ def sweep(record: Record) -> Sweep:
     sites, ground_path = _Sites.of(record), GroundPath.of(record)
     frames = _inverse_dynamics(record, model, sites, ground_path, (force, torque, point))
     tau, com = frames.required - frames.contact_part, frames.com
-    gap, normal = sites.support(ground, point)
+    gap, normal = sites.support(ground, point, motion.time)
     own = frames.twist[:, sites.body]  # angular, then linear at the centre of mass of the body
     velocity = own[..., 3:] + cross(own[..., :3], point - com[:, None])
-    if ground_path is not None:  # moving ground is level at rest and has no seat
-        here = ground_path.inward(point)
-        gap = here @ ground.normal - ground.under(here)
-        velocity -= ground_path.velocity_at(point)
-        normal = np.broadcast_to((ground_path.rotation @ ground.normal)[:, None], normal.shape)
+    if ground_path is not None:
+        on = sites.grounded
+        here = ground_path.inward(point[:, on])
+        gap[:, on] = here @ ground.normal - ground.under(here)
+        velocity[:, on] -= ground_path.velocity_at(point[:, on])
+        normal[:, on] = (ground_path.rotation @ ground.normal)[:, None]
+    for i, seat in sites.seats.items():
+        velocity[:, i] -= ground.velocity(motion.time, seat)
     root_force, root_moment = root_wrench_at(tau[:, :6], motion.qpos, com)
     weight = float(model.body_subtreemass[1] * np.linalg.norm(model.opt.gravity))
     known = np.full(n, record.contact_force is not None)
@@ -118,35 +121,52 @@ def sweep(record: Record) -> Sweep:
     )
 
 
+def seen_from_ground(record: Record, s: Sweep) -> tuple[Record, Sweep]:
+    """Return a record and its sweep in axes that move with planned ground, as a task has them."""
+    ground, motion = record.ground, record.motion
+    if ground.motion is None:
+        return record, s
+    away, speed = ground.displacement(motion.time), ground.velocity(motion.time)
+    qpos, qvel, momentum = motion.qpos.copy(), motion.qvel.copy(), s.momentum.copy()
+    qpos[:, :3] -= away
+    qvel[:, :3] -= speed
+    momentum[:, :3] -= record.human.mass * speed
+    place = {"position": s.position - away[:, None], "com": s.com - away, "momentum": momentum}
+    return replace(record, motion=replace(motion, qpos=qpos, qvel=qvel)), replace(s, **place)
+
+
 @dataclass(frozen=True, eq=False)
 class _Sites:
-    """The contact sites of a record; those of seats have the normal and distance of a surface."""
+    """The contact sites of a record; those of seats have a surface of their own."""
 
     body: Int[Array, " k"]
     measured: Bool[Array, " k"]
     position: Float[Array, "k 3"]
     radius: Float[Array, "k 1"]
     upward: Float[Array, "k 3"]
-    seated: list[int]
-    level: list[float]  #: Distance of each seat from the origin along its normal [m]
+    seats: dict[int, Seat]  #: The surfaces that carry sites, by their index
 
     @classmethod
     def of(cls, record: Record) -> "_Sites":
         sites, k = record.sites, len(record.sites)
         seats = {seat.site: seat for seat in record.ground.seats}
-        seated = [i for i, site in enumerate(sites) if site.name in seats]
+        carriers = {i: seats[site.name] for i, site in enumerate(sites) if site.name in seats}
         upward = np.tile(record.ground.normal, (k, 1))
-        for i in seated:
-            upward[i] = seats[sites[i].name].normal
+        for i, seat in carriers.items():
+            upward[i] = seat.normal
         return cls(
             body=np.array([record.human.body(site.body) for site in sites], int),
             measured=np.array([site.measured for site in sites], bool),
             position=np.array([site.position for site in sites]).reshape(k, 3),
             radius=np.array([site.radius for site in sites])[:, None],
             upward=upward,
-            seated=seated,
-            level=[float(upward[i] @ seats[sites[i].name].position) for i in seated],
+            seats=carriers,
         )
+
+    @property
+    def grounded(self) -> list[int]:
+        """Indices of the sites that the ground itself carries."""
+        return [i for i in range(len(self.body)) if i not in self.seats]
 
     def downward(
         self, ground: Ground, centre: Float[Array, "k 3"], turned: Float[Array, "3 3"] | None
@@ -154,16 +174,22 @@ class _Sites:
         """Return vectors from the centres of sites to their lowest points [m]."""
         if ground.uneven:  # the ground pushes at the lowest point
             down = self.radius * ground.normal_at(centre)
-            down[self.seated] = self.radius[self.seated] * self.upward[self.seated]
+            seated = list(self.seats)
+            down[seated] = self.radius[seated] * self.upward[seated]
             return down
-        return self.radius * (self.upward if turned is None else turned @ ground.normal)
+        upward = self.upward.copy()
+        if turned is not None:
+            upward[self.grounded] = turned @ ground.normal
+        return self.radius * upward
 
     def support(
-        self, ground: Ground, point: Float[Array, "n k 3"]
+        self, ground: Ground, point: Float[Array, "n k 3"], time: Float[Array, " n"]
     ) -> tuple[Float[Array, "n k"], Float[Array, "n k 3"]]:
-        """Return the height of points above their support at rest [m], and its normal."""
+        """Return the height of points above ground at rest or a seat [m], and its normal."""
         height, normal = ground.under(point), ground.normal_at(point)
-        height[:, self.seated], normal[:, self.seated] = self.level, self.upward[self.seated]
+        for i, seat in self.seats.items():
+            height[:, i] = (ground.displacement(time, seat) + seat.position) @ seat.normal
+            normal[:, i] = seat.normal
         return np.einsum("nki,ki->nk", point, self.upward) - height, normal
 
 

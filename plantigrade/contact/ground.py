@@ -5,7 +5,7 @@ and seats. Its axes are x uphill, y to the left and z along the normal.
 """
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -15,6 +15,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import FRICTION
 from plantigrade.contact.plan import SAME_HEIGHT, UP, ContactPlan
 from plantigrade.contact.site import CHAIR_PART
+from plantigrade.contact.surface_motion import SurfaceMotion
 from plantigrade.errors import ParameterError
 
 MAX_COORDINATE = 1e6  #: Maximum coordinate of anything on the ground [m]
@@ -55,6 +56,8 @@ class Seat:
     board: str = ""
     #: Stiffness of its cushion and the flesh on it in a simulation [N/m]; hard if None
     stiffness: float | None = None
+    #: How it moves, in axes of the ground and in addition to it; it rests there if None
+    motion: SurfaceMotion | None = None
 
 
 @dataclass(frozen=True)
@@ -130,6 +133,7 @@ class Ground:
         friction: Coefficient of friction.
         bumps: Spherical caps.
         field: Relief.
+        motion: How all of it moves, in its axes; it rests if None. Places are those before.
 
     Raises:
         ParameterError: If the friction is negative, the slope is 90° or more, the steps are out of
@@ -143,6 +147,7 @@ class Ground:
     friction: float = FRICTION
     bumps: tuple[Bump, ...] = ()
     field: HeightField | None = None
+    motion: SurfaceMotion | None = None
 
     def __post_init__(self):
         """Raise for an invalid ground."""
@@ -182,12 +187,58 @@ class Ground:
                 s.site.name: Seat(
                     s.site.name, s.position, s.normal, s.friction,
                     "" if s.site.part == CHAIR_PART else s.site.name,
+                    motion=s.motion,
                 )
                 for s in plan.supports
                 if not plan.on_ground(s)
             }.values()
         )  # fmt: skip
-        return cls(height, plan.slope, tuple(steps), seats, friction)
+        return cls(height, plan.slope, tuple(steps), seats, friction, motion=plan.motion)
+
+    @property
+    def moves(self) -> bool:
+        """Whether the ground or a seat moves."""
+        return self.motion is not None or bool(self.moving_seats)
+
+    @property
+    def moving_seats(self) -> tuple[tuple[Seat, ...], ...]:
+        """Seats that move, by themselves or with the ground; those that move as one together."""
+        found: dict[SurfaceMotion | None, tuple[Seat, ...]] = {}
+        for seat in self.seats:
+            if self._motions(seat):
+                found[seat.motion] = (*found.get(seat.motion, ()), seat)
+        return tuple(found.values())
+
+    @property
+    def at_rest(self) -> "Ground":
+        """The ground where it begins, without the seats that move."""
+        moving = {seat for group in self.moving_seats for seat in group}
+        still = tuple(seat for seat in self.seats if seat not in moving)
+        return replace(self, seats=still, motion=None)
+
+    def shifts(self, times: Float[Array, " n"]) -> Float[Array, "n k 3"]:
+        """Return how far each of :attr:`moving_seats` is from its place at times, world [m]."""
+        shifts = [self.displacement(times, seats[0]) for seats in self.moving_seats]
+        return np.stack([np.zeros((len(times), 3)), *shifts], axis=1)[:, 1:]
+
+    def displacement(
+        self, times: Float[Array, " n"], seat: Seat | None = None
+    ) -> Float[Array, "n 3"]:
+        """Return how far the ground, or a seat on it, is from its place at times, world [m]."""
+        return self._summed([m.displacement(times) for m in self._motions(seat)], len(times))
+
+    def velocity(self, times: Float[Array, " n"], seat: Seat | None = None) -> Float[Array, "n 3"]:
+        """Return how fast the ground, or a seat on it, moves at times, world [m/s]."""
+        return self._summed([m.velocity(times) for m in self._motions(seat)], len(times))
+
+    def _motions(self, seat: Seat | None) -> list[SurfaceMotion]:
+        """Return the motions that add up to that of the ground, or of a seat."""
+        both = (self.motion, None if seat is None else seat.motion)
+        return [motion for motion in both if motion is not None]
+
+    def _summed(self, vectors: list[Array], n: int) -> Float[Array, "n 3"]:
+        """Return the sum of vectors in axes of the ground, world."""
+        return np.sum([np.zeros((n, 3)), *vectors], axis=0) @ self.to_world.T
 
     @cached_property
     def normal(self) -> Float[Array, " 3"]:
@@ -314,6 +365,7 @@ class Ground:
                     None if s.get("friction") is None else float(s["friction"]),
                     str(s.get("board", "")),
                     None if s.get("stiffness") is None else float(s["stiffness"]),
+                    _motion(s.get("motion")),
                 )
                 for s in d.get("seats", ())
             )
@@ -324,6 +376,7 @@ class Ground:
                 heights = tuple(_numbers(row) for row in field["heights"])
                 corner, spacing = (_numbers(field[name], 2) for name in ("corner", "spacing"))
                 d["field"] = HeightField(corner, spacing, heights)
+            d["motion"] = _motion(d.get("motion"))
             d |= {k: float(d[k]) for k in ("height", "slope", "friction") if k in d}
             return cls(**d)
         except (TypeError, ValueError, KeyError, OverflowError) as error:
@@ -333,6 +386,13 @@ class Ground:
 
 
 LEVEL_GROUND = Ground()  #: The plane z = 0
+
+
+def _motion(description: Mapping[str, Any] | None) -> SurfaceMotion | None:
+    """Return the motion of a surface, by its description."""
+    if description is None:
+        return None
+    return SurfaceMotion(tuple(_numbers(row) for row in description["rows"]))
 
 
 def _numbers(values: Any, n: int | None = None) -> Any:

@@ -14,6 +14,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.site import ContactSite
+from plantigrade.contact.surface_motion import SurfaceMotion
 from plantigrade.errors import ParameterError
 from plantigrade.motion.recording import GaitEvent
 from plantigrade.side_names import opposite
@@ -120,6 +121,8 @@ class PointSupport:
     #: Forward pitch of the body from which its sphere rolls [rad]; that of a shank which kneels is
     #: a right angle
     pitch: float = 0.0
+    #: How the surface moves, in the axes of the plan; it rests there if None
+    motion: SurfaceMotion | None = None
 
     def __post_init__(self):
         """Raise for a normal that is none, and for a sphere on a surface that is not level."""
@@ -131,6 +134,15 @@ class PointSupport:
             raise ParameterError(
                 f"{self.site.name} is a sphere, which rests on level surfaces: leave out its normal"
             )
+
+    def places(self, times: Float[Array, " n_times"]) -> Float[Array, "n_times 3"]:
+        """Return where the contact is at times [m]."""
+        at = np.tile(self.position, (len(times), 1))
+        return at if self.motion is None else at + self.motion.displacement(times)
+
+    def velocity(self, times: Float[Array, " n_times"]) -> Float[Array, "n_times 3"]:
+        """Return how fast the surface moves at times [m/s]."""
+        return np.zeros((len(times), 3)) if self.motion is None else self.motion.velocity(times)
 
 
 @dataclass(frozen=True)
@@ -159,6 +171,8 @@ class ContactPlan:
             the ground.
         obstacles: Blocks on the ground between footprints, in order of x.
         aside: Displacement along y per period [m]; zero where it is mirrored.
+        motion: How the ground moves, with all of the plan, in its axes; it rests if None. Places
+            are then in axes that move with it, as in a bus.
     """
 
     duration: float
@@ -170,11 +184,14 @@ class ContactPlan:
     slope: float = 0.0
     obstacles: tuple[Obstacle, ...] = ()
     aside: float = 0.0
+    motion: SurfaceMotion | None = None
 
     def __post_init__(self):
-        """Raise for a way to the side that its mirror image would lead back."""
+        """Raise for a way to the side that its mirror image would lead back, and moving ground."""
         if self.aside and self.mirrored:
             raise ParameterError("a plan that is mirrored cannot lead to the side")
+        if self.motion is not None and self.periodic:
+            raise ParameterError("a motion that repeats has no moving ground: take one from rest")
 
     @property
     def to_world(self) -> Float[Array, "3 3"]:
@@ -261,6 +278,7 @@ class ContactPlan:
         return (
             support.normal == UP
             and support.friction is None
+            and support.motion is None
             and not self.slope
             and abs(support.position[2] - level) < SAME_HEIGHT
         )

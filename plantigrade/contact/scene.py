@@ -8,6 +8,9 @@ Feet and seats contact the ground with spheres (``contype`` 1). Limbs and trunk 
 with *cores* (``contype`` 2, group 4), which are thinner than the drawn shapes because soft tissue
 yields. A core has no contact with the two nearest ancestors of its body or with its own foot.
 
+A seat that moves is a ``mocap`` body ``support_0``, …, whose place is how far it has moved:
+``data.mocap_pos[:] = ground.shifts(times)[frame]``. The floor stays where it is.
+
 Armature and damping stabilise a simulation; the person has none. Inverse dynamics of a motion
 leaves them out, and :func:`motor_forces` adds what the motors of the scene need for them.
 """
@@ -21,7 +24,7 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.contact.ground import Ground
+from plantigrade.contact.ground import Ground, Seat
 from plantigrade.contact.site import GEOM_PREFIX, ContactSite, contact_sites
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
@@ -42,6 +45,15 @@ _CORES = {"group": "4", "contype": "2", "conaffinity": "2", "friction": "0.3 0.0
 _WOOD, _FLOOR = "0.72 0.60 0.45 1", "0.92 0.92 0.90 1"
 SHAPES = ("box", "capsule")
 """Shapes of scene objects, with MuJoCo's names."""
+
+
+@dataclass(frozen=True, eq=False)
+class Board:
+    """A box that carries a part of the body."""
+
+    centre: Float[Array, " 3"]  #: Its middle, world [m]
+    axes: Float[Array, "3 3"]  #: Its axes as columns, the normal last
+    half_sizes: tuple[float, float, float]  #: Half of its edges along them [m]
 
 
 @dataclass(frozen=True)
@@ -131,9 +143,15 @@ def _replace_floor(root: ET.Element, ground: Ground) -> None:
     floor = next(g for g in world.findall("geom") if g.get("name") == "floor")
     place = list(world).index(floor)
     world.remove(floor)
-    for i, shape in enumerate((*_treads(ground), *_relief(root, ground), *_seats(ground))):
-        fixed = {"contype": "0", "conaffinity": "1", **_surface(ground), **shape}
-        world.insert(place + i, ET.Element("geom", fixed))
+    surface = {"contype": "0", "conaffinity": "1", **_surface(ground)}
+    still = ground.at_rest.seats
+    for i, shape in enumerate((*_treads(ground), *_relief(root, ground), *_seats(still))):
+        world.insert(place + i, ET.Element("geom", {**surface, **shape}))
+    # After the person, whose bodies keep their numbers.
+    for i, group in enumerate(ground.moving_seats):
+        body = ET.SubElement(world, "body", {"name": f"support_{i}", "mocap": "true"})
+        for shape in _seats(group):
+            ET.SubElement(body, "geom", {**surface, **shape, "name": f"{shape['name']}_of_{i}"})
 
 
 def _treads(ground: Ground) -> list[dict[str, str]]:
@@ -184,27 +202,34 @@ def _relief(root: ET.Element, ground: Ground) -> list[dict[str, str]]:
     return shapes
 
 
-def _seats(ground: Ground) -> list[dict[str, str]]:
-    """Return one level board per height of the seats, and one for every other support."""
-    boards = []
-    shared = [seat for seat in ground.seats if not seat.board]
+def boards(seats: Sequence[Seat]) -> tuple[Board, ...]:
+    """Return one level board per height of seats, and one for every other support."""
+    found = []
+    shared = [seat for seat in seats if not seat.board]
     for height in sorted({seat.position[2] for seat in shared}):
         places = np.array([s.position[:2] for s in shared if s.position[2] == height])
         low, high = places.min(axis=0), places.max(axis=0)
-        half = [*((high - low) / 2 + SEAT_HALF_SIZES[:2]), SEAT_HALF_SIZES[2]]
-        centre = [*((high + low) / 2), height - SEAT_HALF_SIZES[2]]
-        boards.append({"pos": numbers(centre), "size": numbers(half)})
-    for seat in ground.seats:
+        half = (*((high - low) / 2 + SEAT_HALF_SIZES[:2]), SEAT_HALF_SIZES[2])
+        centre = np.array([*((high + low) / 2), height - SEAT_HALF_SIZES[2]])
+        found.append(Board(centre, np.eye(3), half))
+    for seat in seats:
         if seat.board:
             normal = np.array(seat.normal)
-            axes = surface_axes(normal)[:, :2].T.ravel()
             centre = np.array(seat.position) - BOARD_HALF_SIZES[2] * normal
-            size = numbers(BOARD_HALF_SIZES)
-            boards.append({"pos": numbers(centre), "size": size, "xyaxes": numbers(axes)})
+            found.append(Board(centre, surface_axes(normal), BOARD_HALF_SIZES))
+    return tuple(found)
+
+
+def _seats(seats: Sequence[Seat]) -> list[dict[str, str]]:
+    """Return the boards of seats."""
     return [
-        {"name": f"seat_{i}", "type": "box", **board, "rgba": _WOOD}
-        for i, board in enumerate(boards)
-    ]
+        {
+            "name": f"seat_{i}", "type": "box", "pos": numbers(board.centre),
+            "size": numbers(board.half_sizes), "xyaxes": numbers(board.axes[:, :2].T.ravel()),
+            "rgba": _WOOD,
+        }
+        for i, board in enumerate(boards(seats))
+    ]  # fmt: skip
 
 
 def _add_cores(root: ET.Element, human: Human, bodies: dict[str | None, ET.Element]) -> None:

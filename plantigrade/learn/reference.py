@@ -81,9 +81,9 @@ class Reference:
             )
         require_scaled(record.human, "a reference")
         ground = record.ground
-        if ground.slope or ground.steps or ground.uneven or ground.seats:
+        if ground.slope or ground.steps or ground.uneven or ground.seats or ground.moves:
             raise ParameterError(
-                "a reference must be a walk on level ground, without steps and seats"
+                "a reference must be a walk on level ground at rest, without steps and seats"
             )
         return cls.of_motion(record.human, record.motion)
 

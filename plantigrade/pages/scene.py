@@ -109,6 +109,8 @@ def build_scene(record: Record, *, forces: Record | None = None, rate: float = V
     estimated = estimated_sides(source)
     markers = record.recorded_markers
     floor = height_below(record.ground, com)
+    if moved is not None:
+        floor = floor + moved.shift[frames, 2]
     window = CAMERA_SMOOTHING * motion.rate / step if len(frames) > 1 else 1.0  # in drawn frames
     return Scene(
         time=np.asarray(motion.time[frames], dtype=float),
@@ -200,8 +202,9 @@ def estimated_sides(record: Record) -> Bool[Array, "n 3"] | None:
 
 
 def scene_model(record: Record) -> mujoco.MjModel:
-    """Return the body and its ground as a MuJoCo model."""
-    return read_mjcf(mujoco.MjModel.from_xml_string, scene_xml(record.human, record.ground))
+    """Return the body and its ground as a MuJoCo model; seats that move are objects beside it."""
+    still = record.ground.at_rest
+    return read_mjcf(mujoco.MjModel.from_xml_string, scene_xml(record.human, still))
 
 
 def check(record: Record) -> None:

@@ -1,4 +1,4 @@
-"""Moving ground of a record: level at rest, with the signal ``ground.place``."""
+"""Moving ground of a record: planned, or of a simulation, with the signal ``ground.place``."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -6,25 +6,38 @@ from functools import cached_property
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.notes import Info
 from plantigrade.record.record import Record
 
 PLACE = "ground.place"
 """Shift forward and left [m], tilt up in front and up on the left [rad], of every frame."""
+
+MOVED = Info(
+    "The ground moved. The viewer and the checker follow it; the drawings of the report show it at "
+    "rest."
+)
+"""Note on a record whose ground moved."""
 
 MIN_MOVEMENT = 1e-3  # [m, rad] ground that moves less is at rest
 
 
 @dataclass(frozen=True, eq=False)
 class GroundPath:
-    """How level ground moved."""
+    """How the ground moved."""
 
     time: Float[Array, " n"]  #: Time of each frame [s]
     shift: Float[Array, "n 3"]  #: Where its origin was, world [m]
     rotation: Float[Array, "n 3 3"]  #: How it was turned
+    #: How fast its origin moved, where that is known exactly [m/s]
+    speed: Float[Array, "n 3"] | None = None
 
     @classmethod
     def of(cls, record: Record) -> "GroundPath | None":
         """Return how the ground of a record moved; None where it did not."""
+        if record.ground.motion is not None:
+            time, straight = record.motion.time, np.tile(np.eye(3), (record.motion.n_frames, 1, 1))
+            shift, speed = record.ground.displacement(time), record.ground.velocity(time)
+            return cls(time, shift, straight, speed)
         place = np.nan_to_num(np.asarray(record.signals.get(PLACE, [0.0]), dtype=float))
         if np.abs(place).max(initial=0.0) <= MIN_MOVEMENT:
             return None
@@ -42,6 +55,8 @@ class GroundPath:
 
     def velocity_at(self, points: Float[Array, "n k 3"]) -> Float[Array, "n k 3"]:
         """Return how fast the ground moved at world points of every frame [m/s]."""
+        if self.speed is not None:
+            return np.broadcast_to(self.speed[:, None], points.shape)
         if len(self.time) < 3:
             return np.zeros_like(points)
         speed, turn = self._rates

@@ -1,13 +1,15 @@
-"""Objects in the world, as a record has them: the signals ``things.*``."""
+"""Objects in the world, as a record has them: the signals ``things.*``, and seats that move."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Float
-from plantigrade.contact.scene import SceneObject
+from plantigrade.contact.scene import SceneObject, boards
 from plantigrade.record.record import Record
+from plantigrade.spatial.conventions import xyzw_to_wxyz
 
 PLACES = "things.place"
 """Middle [m] and rotation, ``wxyz``, of every object in every frame; NaN while it is absent."""
@@ -28,20 +30,33 @@ class PlacedObject:
 
 
 def scene_objects_of(record: Record) -> tuple[PlacedObject, ...]:
-    """Return the objects of a record."""
+    """Return the objects of a record, then the boards of seats that move."""
     if PLACES not in record.signals:
-        return ()
+        return _moving_boards(record)
     signals = record.group("things")
     places = np.asarray(signals["place"], dtype=float)
     shapes = zip(
         signals["name"], signals["kind"], np.asarray(signals["size"], dtype=float), strict=True
     )
-    return tuple(
+    things = tuple(
         PlacedObject(
             SceneObject(str(name), str(kind), (float(x), float(y), float(z))), places[:, i]
         )
         for i, (name, kind, (x, y, z)) in enumerate(shapes)
     )
+    return things + _moving_boards(record)
+
+
+def _moving_boards(record: Record) -> tuple[PlacedObject, ...]:
+    """Return the boards of seats that move."""
+    found, shifts = [], record.ground.shifts(record.motion.time)
+    for k, seats in enumerate(record.ground.moving_seats):
+        for board in boards(seats):
+            x, y, z = map(float, board.half_sizes)
+            turned = xyzw_to_wxyz(Rotation.from_matrix(board.axes).as_quat())
+            pose = np.hstack([board.centre + shifts[:, k], np.tile(turned, (len(shifts), 1))])
+            found.append(PlacedObject(SceneObject("support", "box", (x, y, z)), pose))
+    return tuple(found)
 
 
 def object_signals(objects: Sequence[SceneObject]) -> dict[str, Array]:

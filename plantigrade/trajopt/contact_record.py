@@ -13,6 +13,7 @@ from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Condition, Limits, Record
+from plantigrade.record.moving_ground import MOVED
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.sampling import Sampled
 
@@ -38,7 +39,9 @@ def contact_record(
     """
     s, human = sampled, body.human
     end = float(s.time[-1])
-    events = gait_events(plan, end) if walks and alternates(plan) else ()
+    # Lengths and speeds of steps are those on ground at rest.
+    steps = walks and plan.motion is None and alternates(plan)
+    events = gait_events(plan, end) if steps else ()
     motion = Motion(s.time, s.qpos, s.qvel, human.joint_names, s.qacc, events)
     ground = Ground.of_plan(plan, friction)
     pushes = _Pushes.of(body, s.time)
@@ -47,6 +50,8 @@ def contact_record(
     moment = np.concatenate([np.zeros_like(s.force), pushes.moment], axis=1)
     point, torque = _points_and_torques(human, motion, sites, force, moment, ground)
     loaded = (np.linalg.norm(force, axis=2) + np.linalg.norm(moment, axis=2))[..., None] > 0
+    if plan.motion is not None:
+        notes = (*notes, MOVED)
     standing = np.zeros(force.shape[:2], bool)
     standing[:, : len(body.sites)] = s.standing
     return Record(

@@ -68,6 +68,11 @@ def sample(
     qpos, qvel, qacc = body.symbolic.to_mujoco(q, v, a)
     force = u.reshape(len(times), n_sites, 3) * body.weight
     force = explaining(body, q, v, a, force, standing, friction, np.asarray(times, float))
+    if plan.motion is not None:
+        qpos[:, :3] += plan.motion.displacement(inside)
+        qvel[:, :3] += plan.motion.velocity(inside)
+        qacc[:, :3] += plan.motion.acceleration(inside)
+        q = body.human.to_coordinates(qpos)[1]
     if plan.slope:
         qpos, qvel, qacc, force = _in_world(plan.to_world, qpos, qvel, qacc, force)
         q = body.human.to_coordinates(qpos)[1]

@@ -219,6 +219,11 @@ def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Sta
             f"the motion starts {sunk:.2f} m below its ground; give a run whose feet are on it"
         )
     _require_feet_and_seats(record)
+    if record.ground.moves:
+        raise ParameterError(
+            "this motion is on ground or supports that move, and controllers know only those at "
+            "rest; give a motion without [ground] and motion"
+        )
     record = with_ischia(record)
     files = {} if folder is None else source_files([folder / METRICS])
     return Start(

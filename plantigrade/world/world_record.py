@@ -3,9 +3,8 @@
 import numpy as np
 
 from plantigrade.arrays import Array
-from plantigrade.notes import Info
 from plantigrade.record import Record
-from plantigrade.record.moving_ground import MIN_MOVEMENT, PLACE
+from plantigrade.record.moving_ground import MIN_MOVEMENT, MOVED, PLACE
 from plantigrade.record.scene_objects import PLACES, object_signals
 from plantigrade.world.recorder import Recorder
 from plantigrade.world.simulated_world import SimulatedWorld
@@ -43,12 +42,7 @@ def record_of(world: SimulatedWorld, recorder: Recorder) -> Record:
             f"The simulation diverged at {world.diverged:.2f} s; the frames before are kept."
         )
     if np.abs(signals.get(PLACE, 0.0)).max() > MIN_MOVEMENT:
-        notes.append(
-            Info(
-                "The ground moved (signal ground.place: shift [m] and tilt [rad]). The viewer and "
-                "the checker follow it; the drawings of the report show the ground at rest."
-            )
-        )
+        notes.append(MOVED)
     return Record(
         world.human,
         motion,

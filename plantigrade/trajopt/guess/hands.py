@@ -45,7 +45,7 @@ class HandsOnSupports:
                 body.human,
                 support.site.name[-1],
                 q[near],
-                np.array(support.position),
+                support.places(times[near]),
                 lambda x, at=at: at(x)[0].reshape(len(x), 3),
             )
             q[near] += share[near, None] * (there - q[near])
@@ -63,7 +63,7 @@ def reached(
     human: Human,
     side: str,
     q: Float[Array, "n nv"],
-    place: Float[Array, " 3"],
+    place: Float[Array, "3"] | Float[Array, "n 3"],
     where: Callable[[Array], Array] | None = None,
 ) -> Float[Array, "n nv"]:
     """Return postures with the palm of an arm as near to a place as its limits allow.

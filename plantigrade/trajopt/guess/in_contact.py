@@ -98,7 +98,7 @@ def kneeling(
                 side = support.site.body[-1]
                 if f"{name}_{side}" in names:
                     q[i, names.index(f"{name}_{side}")] = angle
-        x, y, z = np.mean([s.position for s in held], axis=0)
+        x, y, z = np.mean([s.places(times[i : i + 1])[0] for s in held], axis=0)
         hip = human.model.body_pos[human.body("femur_r")]
         up = z + held[0].site.radius + human.dimensions.thigh - hip[2]
         q[i, 3:6] = (

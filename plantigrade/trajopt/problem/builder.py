@@ -35,8 +35,8 @@ class ProblemBuilder:
     """Collects terms and builds a problem.
 
     Raises:
-        ParameterError: If the body was made for ground of another slope, or lacks a site that the
-            plan rests on.
+        ParameterError: If the body was made for ground of another slope or motion, or lacks a site
+            that the plan rests on.
 
     Attributes:
         body: The person.
@@ -234,6 +234,8 @@ def _check(body: ContactBody, plan: ContactPlan) -> None:
             f"the ground rises by {np.rad2deg(plan.slope):g}° and the body was made for another "
             f"slope: {remedy}"
         )
+    if plan.motion != (None if body.external.plan is None else body.external.plan.motion):
+        raise ParameterError(f"the body was made for ground that moves otherwise: {remedy}")
     names = {site.name for site in body.sites}
     missing = [s.site.name for s in plan.supports if s.site.name not in names]
     if missing:

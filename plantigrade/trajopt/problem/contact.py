@@ -4,8 +4,9 @@ A site of the foot that stands is held where the footprint has it; its sphere ro
 material on the ground is at rest.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
+from types import MappingProxyType
 
 import numpy as np
 
@@ -141,15 +142,16 @@ def hold_contacts(
     for stance in plan.stances:
         targets = site_targets(body, stance.footprint)
         spans = {index[n]: stance.interval(body.sites[index[n]].part) for n in targets}
-        at = {index[n]: x for n, x in targets.items()}
+        at = {index[n]: np.tile(x, (len(nodes), 1)) for n, x in targets.items()}
         spans = _lasting(plan, spans)
         heading = stance.footprint.heading
         _hold(body, nodes, spans, at, place, speed, heading, soft_landing=soft_landing)
     for span in sorted({(s.start, s.stop) for s in plan.supports}):
         held = [s for s in plan.supports if (s.start, s.stop) == span]
         spans = {index[s.site.name]: span for s in held}
-        at = {index[s.site.name]: np.array(s.position) for s in held}
-        _hold(body, nodes, _lasting(plan, spans), at, place, speed)
+        at = {index[s.site.name]: s.places(nodes) for s in held}
+        moving = {index[s.site.name]: s.velocity(nodes) for s in held}
+        _hold(body, nodes, _lasting(plan, spans), at, place, speed, moving=moving)
 
 
 def keep_soles_up(
@@ -232,14 +234,21 @@ def _hold(
     body: ContactBody,
     nodes: Float[Array, " n_nodes"],
     spans: dict[int, tuple[float, float]],
-    targets: dict[int, Float[Array, " 3"]],
+    targets: dict[int, Float[Array, "n_nodes 3"]],
     place: ConstraintFamily,
     speed: ConstraintFamily,
     heading: float = 0.0,
     *,
     soft_landing: bool = True,
+    moving: Mapping[int, Float[Array, "n_nodes 3"]] = MappingProxyType({}),
 ) -> None:
-    """Fix sites that move as one while they stand: spans [s] and targets [m] by site."""
+    """Fix sites that move as one while they stand, or follow moving surfaces.
+
+    Args:
+        spans: When each site stands [s].
+        targets: Where it is then, node by node [m].
+        moving: Velocity of its surface [m/s]; zero for those that are not there.
+    """
     jacobian = _rows_at_rest(body, heading)
     spans = {k: (start, stop) for k, (start, stop) in spans.items() if stop > start}
     for i, t in enumerate(nodes):
@@ -256,7 +265,7 @@ def _hold(
             partial(_independent_rows, jacobian, through, down),
         )
         for row in every:
-            place.lower[i, row] = place.upper[i, row] = targets[row // 3][row % 3]
+            place.lower[i, row] = place.upper[i, row] = targets[row // 3][i, row % 3]
         for k in down:  # those that follow need no limit
             if 3 * k + 2 not in every:
                 place.lower[i, 3 * k + 2] = -np.inf
@@ -268,7 +277,10 @@ def _hold(
                 partial(_independent_rows, jacobian, through, stood),
             )[1]
         for row in slow[len(first) :]:
-            speed.lower[i, row] = speed.upper[i, row] = 0.0
+            still = row // 3 not in moving
+            speed.lower[i, row] = speed.upper[i, row] = (
+                0.0 if still else moving[row // 3][i, row % 3]
+            )
 
 
 def _rows_at_rest(body: ContactBody, heading: float = 0.0) -> Float[Array, "n_rows nv"]:

@@ -104,7 +104,8 @@ def _functions(body: ContactBody) -> "tuple[casadi.Function, list[casadi.Functio
     q, v, a, u, p = given
     forces = ca.reshape(u, 3, k) * body.weight
     points = [*body.sites, *(each.point for each in external.wrenches)]
-    tau = sym.inverse_dynamics(points)(q, v, a, ca.horzcat(forces, *external.forces(p)))
+    pushed = ca.horzcat(forces, *external.forces(p))
+    tau = sym.inverse_dynamics(points)(q, v, external.in_space(a, p), pushed)
     tau = external.less_moments(sym, q, v, p, tau)
     helped = external.torques(sym.names[6:], q[6:], p, ca.sqrt)
     if helped:

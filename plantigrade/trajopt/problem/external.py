@@ -1,4 +1,4 @@
-"""What acts on a person besides the ground and their own joints: wrenches and devices.
+"""What acts on a person besides the ground and their own joints: wrenches, devices, moving ground.
 
 Their values at a time are parameters of the dynamics, so that problems that differ in nothing else
 share compiled functions, and one motion is a warm start of the next.
@@ -12,6 +12,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import Point
+from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 
 if TYPE_CHECKING:
     from plantigrade.dynamics.symbolic import SymbolicHuman
@@ -62,7 +63,12 @@ class External:
     @property
     def n_parameters(self) -> int:
         """Number of parameters at a time."""
-        return 6 * len(self.wrenches) + 3 * len(self.devices)
+        return 6 * len(self.wrenches) + 3 * len(self.devices) + 3 * self.carried
+
+    @property
+    def carried(self) -> bool:
+        """Whether the ground moves, and the axes of the plan with it."""
+        return self.plan is not None and self.plan.motion is not None
 
     def parameters(self, times: Float[Array, " n"]) -> Float[Array, "n n_parameters"]:
         """Return what acts at times, in the axes of the ground, for :meth:`taken`."""
@@ -74,7 +80,18 @@ class External:
         for each in self.devices:
             assert self.plan is not None
             columns.append(each.values(times, self.plan))
+        if self.plan is not None and self.plan.motion is not None:
+            columns.append(self.plan.motion.acceleration(times) @ OPENSIM_TO_WORLD)
         return np.hstack(columns)
+
+    def in_space(self, a: Any, p: Any) -> Any:
+        """Return accelerations in the axes of the plan with those of moving ground (CasADi).
+
+        Only the acceleration of the pelvis differs: axes that move with the ground do not turn.
+        """
+        import casadi as ca
+
+        return ca.vertcat(a[:3], a[3:6] + p[-3:], a[6:]) if self.carried else a
 
     def forces(self, p: Any) -> list[Any]:
         """Return the forces among the parameters (CasADi) [N]."""

@@ -264,7 +264,7 @@ def _pendulum_rows(
 def _base(human: Human, plan: ContactPlan, time: float) -> Float[Array, "n_corners 2"]:
     """Return the corners of the feet that stand at a time, and what else carries [m]."""
     feet = [s.footprint for s in plan.stances if s.heel_strike <= time < s.toe_off]
-    seat = [s.position[:2] for s in plan.supports if s.start <= time < s.stop]
+    seat = [s.places(np.array([time]))[0, :2] for s in plan.supports if s.start <= time < s.stop]
     corners = [_corners(human, foot) for foot in feet]
     return np.concatenate([np.array(seat).reshape(-1, 2), *corners])
 

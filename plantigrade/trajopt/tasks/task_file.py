@@ -38,6 +38,7 @@ from plantigrade.bounds import shown
 from plantigrade.constants import SIDES
 from plantigrade.contact.limb_sites import LYING_PITCHES, SUPPORTED_PARTS, limb_site
 from plantigrade.contact.plan import SAME_HEIGHT, UP, Footprint, PointSupport, Stance
+from plantigrade.contact.surface_motion import SurfaceMotion
 from plantigrade.errors import FileError, ParameterError, did_you_mean, known_names
 from plantigrade.models import Human
 from plantigrade.toml import parse_toml, read_toml
@@ -45,7 +46,7 @@ from plantigrade.trajopt.guess.postures import standing_feet
 from plantigrade.trajopt.tasks.impairments import Impairments
 from plantigrade.trajopt.tasks.registry import make_task
 from plantigrade.trajopt.tasks.settings import TASKS
-from plantigrade.trajopt.tasks.supported import with_supports
+from plantigrade.trajopt.tasks.supported import on_moving_ground, with_supports
 from plantigrade.trajopt.tasks.task import BASES, MotionTask
 from plantigrade.trajopt.tasks.toml_values import as_field, in_radians, is_number, table
 from plantigrade.trajopt.terms import (
@@ -81,8 +82,9 @@ MAX_FRICTION = 2.0  # [1] maximum coefficient of friction of a support; rubber o
 _TASK = ("name", "base", "without", "gravity", "nodes_per_second", "basis")
 _TIMES = ("heel_strike", "foot_flat", "heel_off", "forefoot_off", "toe_off")
 _STANCE = ("side", "x", "y", "height", "heading", *_TIMES)
-_SUPPORT = ("part", "place", "normal", "friction", "start", "stop")
-_TOP = ("task", "parameters", "impairments", "term", "stance", "support")
+_SUPPORT = ("part", "place", "normal", "friction", "start", "stop", "motion")
+_TOP = ("task", "parameters", "impairments", "ground", "term", "stance", "support")
+_MOTION = "motion = [[0.5, 0.0, 0.0, 0.0], [2.0, 0.0, 0.2, 0.0]], rows of time and displacement"
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,7 @@ class TaskFile:
     added: tuple[tuple[str, Mapping[str, Any]], ...] = ()
     stances: tuple[Mapping[str, Any], ...] = ()  #: Stances as written; the base's if empty
     supports: tuple[Mapping[str, Any], ...] = ()  #: Supports as written, added to the base's
+    ground: SurfaceMotion | None = None  #: How the ground moves; at rest if None
     gravity: float | None = None  #: Relative to the earth's; the earth's if None
     nodes_per_second: float | None = None  #: The base's if None
     basis: str | None = None  #: ``"trigonometric"`` or ``"polynomial"``; the base's if None
@@ -117,7 +120,8 @@ class TaskFile:
             ordered = sorted((_stance(human, s) for s in self.stances), key=lambda s: s.heel_strike)
             task = replace(task, plan=replace(task.plan, stances=tuple(ordered)))
         task = replace(task, name=self.name, terms=(*kept, *more), **self._mesh())
-        return with_supports(task, tuple(_support(human, s) for s in self.supports))
+        task = with_supports(task, tuple(_support(human, s) for s in self.supports))
+        return task if self.ground is None else on_moving_ground(task, self.ground, human.gravity)
 
     @property
     def options(self) -> dict[str, Any]:
@@ -143,8 +147,12 @@ class TaskFile:
         if self.impairments:
             words = {k: list(v) for k, v in self.impairments.items()}
             parts.append(table("[impairments]", words))
+        if self.ground is not None:
+            parts.append(table("[ground]", {"motion": self.ground.rows}))
         parts += [table("[[stance]]", s) for s in self.stances]
-        parts += [table("[[support]]", s) for s in self.supports]
+        for support in self.supports:
+            moved = {"motion": support["motion"].rows} if "motion" in support else {}
+            parts.append(table("[[support]]", {**support, **moved}))
         parts += [table("[[term]]", {"type": n, **a}) for n, a in self.added]
         return "\n".join(parts)
 
@@ -171,7 +179,7 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
     if not head:
         remedy = 'write [task] with base = "squat" or another task'
         raise reader.wrong("[task]", "is missing", remedy)
-    for key in ("task", "parameters", "impairments"):
+    for key in ("task", "parameters", "impairments", "ground"):
         if not isinstance(document.get(key, {}), dict):
             raise reader.wrong(key, "must be a table", f"write it as [{key}]")
     for key in ("term", "stance", "support"):
@@ -187,6 +195,8 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
     except ParameterError as error:
         raise reader.wrong("[parameters]", str(error)) from error
     impairments = reader.impairments(document.get("impairments", {}))
+    ground = document.get("ground", {})
+    reader.known("[ground]", ground, ("motion",))
     terms, stances, supports = (
         enumerate(document.get(key, []), start=1) for key in ("term", "stance", "support")
     )
@@ -197,6 +207,7 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
         added=tuple(reader.term(i, entry) for i, entry in terms),
         stances=tuple(reader.stance(i, entry) for i, entry in stances),
         supports=tuple(reader.support(i, entry) for i, entry in supports),
+        ground=reader.motion("[ground]", ground["motion"]) if ground else None,
     )
 
 
@@ -303,6 +314,16 @@ class _Reader:
                 raise self.wrong(f"{where} {key}", f"is {shown(value)}", "a number is needed")
         return given
 
+    def motion(self, where: str, rows: Any) -> SurfaceMotion:
+        """Return the motion of a surface, checked."""
+        listed = isinstance(rows, list) and all(isinstance(row, list) for row in rows)
+        if not listed or not all(is_number(x) for row in rows for x in row):
+            raise self.wrong(f"{where} motion", f"is {shown(rows)}", f"write {_MOTION}")
+        try:
+            return SurfaceMotion(tuple(tuple(map(float, row)) for row in rows))
+        except ParameterError as error:
+            raise self.wrong(f"{where} motion", str(error)) from error
+
     def support(self, i: int, entry: Mapping[str, Any]) -> dict[str, Any]:
         """Return the entries of a support, checked."""
         where = f"[[support]] {i}"
@@ -316,7 +337,9 @@ class _Reader:
         found: dict[str, Any] = {"part": part}
         for key, value in entry.items():
             kind = tuple[float, float, float] if key in ("place", "normal") else float
-            if key != "part":
+            if key == "motion":
+                found[key] = self.motion(where, value)
+            elif key != "part":
                 try:
                     found[key] = as_field(kind, value)
                 except ParameterError as error:
@@ -338,7 +361,8 @@ def _support(human: Human, given: Mapping[str, Any]) -> PointSupport:
     """Return a support, from before the start to after the end where no times are given."""
     normal = np.array(given.get("normal", UP))
     x, y, z = map(float, normal / np.linalg.norm(normal))
-    on_ground = (x, y, z) == UP and abs(given["place"][2]) < SAME_HEIGHT
+    level = (x, y, z) == UP and abs(given["place"][2]) < SAME_HEIGHT
+    on_ground = level and "motion" not in given
     site = limb_site(human, given["part"], on_ground=on_ground)
     return PointSupport(
         site,
@@ -348,6 +372,7 @@ def _support(human: Human, given: Mapping[str, Any]) -> PointSupport:
         (x, y, z),
         given.get("friction"),
         LYING_PITCHES.get(site.part, 0.0),
+        given.get("motion"),
     )
 
 

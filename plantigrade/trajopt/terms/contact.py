@@ -129,15 +129,16 @@ class InFront(Term):
             names = ", ".join(s.site.name for s in b.plan.supports) or "none"
             raise ParameterError(f"the plan has no support of {self.site!r}; there are {names}")
         positions = b.body.symbolic.positions([support.site])
-        normal, place = np.array(support.normal), np.array(support.position)
+        normal = np.array(support.normal)
 
         def expression(q, v, a, u):
-            return ca.dot(ca.DM(normal), positions(q)) - float(normal @ place)
+            return ca.dot(ca.DM(normal), positions(q))
 
         name = f"distance of {self.site} from its support"
         family = b.custom_family(name, (name,), expression, "m")
         free = ~b.plan.standing(support.site, b.nodes)
-        b.limit(family, 0.0, nodes=np.flatnonzero(free).tolist())
+        surface = support.places(b.nodes[free]) @ normal
+        b.limit(family, surface[:, None], nodes=np.flatnonzero(free).tolist())
 
 
 @dataclass(frozen=True)
