@@ -88,6 +88,8 @@ RECORDINGS = (*(name for names in PEOPLE.values() for name in names), *OTHER_WAL
 QUICK_WALKS = ("cmu_asfamc/49_01.amc",)
 MIN_SPEED = 0.1
 """Lowest speed of a walk; slower recordings stand [m/s]."""
+REFUSED = {"level ground": "was recorded on uneven ground", "spin": "spins on one foot"}
+"""What a controller says of a walk that it refuses → words for it."""
 # Goals
 MIN_SPEED_SHARE = 0.95  # [1] of the recorded speed
 MIN_SLOPE_SPEED_SHARE = 0.6  # [1] of the speed on level ground
@@ -183,7 +185,8 @@ def body(controller: str, data: Path | None, height: float, mass: float, seconds
 def recording(controller: str, data: Path, name: str, seconds: float) -> Result:
     """Return a recorded walk: looped where it is closed, once where it is not.
 
-    Standing trials, and walks that were not recorded on level ground, are said to be so.
+    Standing trials, spins on one foot and walks that were not recorded on level ground are said to
+    be so.
     """
     one = walks_as(controller, recorded(data / name))
     if one.speed < MIN_SPEED:
@@ -191,9 +194,10 @@ def recording(controller: str, data: Path, name: str, seconds: float) -> Result:
     try:
         one.controller()
     except ParameterError as error:
-        if "level ground" not in str(error):
+        refused = [word for word in REFUSED if word in str(error)]
+        if not refused:
             raise
-        return {"left_out": "was recorded on uneven ground"}
+        return {"left_out": REFUSED[refused[0]]}
     cyclic = period_of(one.record)[0] is not None
     found = walk(one, duration=seconds if cyclic else min(one.period, seconds))
     return {**figures(found, since=1.0), "cyclic": cyclic}

@@ -23,7 +23,8 @@ from plantigrade.control.pendulum.tasks import WalkingTasks
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import State as BodyState
 from plantigrade.models import Human
-from plantigrade.record import Run
+from plantigrade.motion import Motion
+from plantigrade.record import Record, Run
 from plantigrade.spatial.conventions import about_vertical, turned
 from plantigrade.workflows.simulate import simulate
 from plantigrade.world import Push, StablePD, World
@@ -403,6 +404,23 @@ def test_another_law_ground_or_person_is_refused(walk):
     other = World(Human.create(1.7, 65.0, joints="66"), recording=False)
     with pytest.raises(ParameterError, match="degrees of freedom"):
         Pendulum(walk)(other.reset())
+
+
+def test_a_spin_on_a_foot_is_refused():
+    human = Human.create(1.7, 65.0, "female", "42", "rigid")
+    time = np.linspace(0.0, 2.0, 101)
+
+    def spinning(angle):
+        """Return somebody who turns on the spot by an angle [rad]."""
+        qpos = np.tile(human.standing(), (len(time), 1))
+        for row, share in zip(qpos, time / time[-1], strict=True):
+            row[3:7] = turned(row[3:7], angle * share)
+        qvel = np.zeros((len(time), human.model.nv))
+        return Record(human, Motion(time, qpos, qvel, human.joint_names))
+
+    Pendulum(spinning(1.5))
+    with pytest.raises(ParameterError, match="turns by 200°"):
+        Pendulum(spinning(np.radians(200.0)))
 
 
 def test_a_foot_is_lifted_over_what_is_in_its_way_and_led_down_to_where_it_lands():

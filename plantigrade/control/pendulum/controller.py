@@ -18,7 +18,11 @@ from plantigrade.control.pendulum.footstep import Footstep
 from plantigrade.control.pendulum.ground import LocalGround, Soles
 from plantigrade.control.pendulum.hold import CommandHold
 from plantigrade.control.pendulum.plan import StepPlan, turned_axes
-from plantigrade.control.pendulum.reference import ScaledReference, with_feasible_com
+from plantigrade.control.pendulum.reference import (
+    ScaledReference,
+    refuse_spins,
+    with_feasible_com,
+)
 from plantigrade.control.pendulum.settings import MAX_TICK, WALK_DURATION, PendulumSettings
 from plantigrade.control.pendulum.summary import Footfall, walk_summary
 from plantigrade.control.pendulum.swing_clearance import with_clearance
@@ -59,8 +63,8 @@ class Pendulum(Controller):
         foot_bodies: Bodies of both feet, likewise.
 
     Raises:
-        ParameterError: If the walk was not recorded on level ground, or its motion has less than
-            two frames.
+        ParameterError: If the walk was not recorded on level ground or spins on a foot, or its
+            motion has less than two frames.
     """
 
     rates = Rates(physics=600.0, control=200.0, frames=100.0)
@@ -92,9 +96,14 @@ class Pendulum(Controller):
         self.footfalls: list[Footfall] = []
 
     def reference_for(self, record: Record, clearance: Clearance) -> GaitReference:
-        """Return a walk of this person as it is followed: one that mass and feet can follow."""
+        """Return a walk of this person as it is followed: one that mass and feet can follow.
+
+        Raises:
+            ParameterError: If it spins on a foot.
+        """
         own, person = self.settings, self.person
         found = reference_of(record, clearance, settings=own.reference)
+        refuse_spins(found, self.human)
         found = with_feasible_com(found, own.reference.cop_smoothing)
         return with_clearance(found, person.leg_length, person.of_side, own.swing)
 

@@ -26,6 +26,7 @@ import numpy as np
 from scipy.linalg import solve_banded
 
 from plantigrade.arrays import Array, Bool, Float
+from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant, Layout, derivative_order, width_of
 from plantigrade.control.gait.reference import STEP, GaitReference, period_of
 from plantigrade.control.gait.schedule import StanceSchedule
@@ -33,7 +34,9 @@ from plantigrade.control.pendulum.crouch import Crouch
 from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.control.pendulum.transition import Transition
 from plantigrade.control.pendulum.upper_body import BlendedUpperBody
+from plantigrade.errors import ParameterError
 from plantigrade.kinematics.stride import stride_of
+from plantigrade.models import Human
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import about_vertical, turned
 
@@ -79,6 +82,28 @@ def _along_x(record: Record, heading: float) -> Record:
     qvel[:, :3] = qvel[:, :3] @ R.T
     led = replace(motion, qpos=qpos, qvel=qvel, qacc=None)
     return Record(record.human, led, ground=record.ground, notes=record.notes)
+
+
+def refuse_spins(reference: GaitReference, human: Human) -> None:
+    """Refuse a walk that turns a foot on the ground farther than a hip rotates.
+
+    The feet of a pendulum keep their heading while they stand, and the body could not follow.
+
+    Raises:
+        ParameterError: If a foot does.
+    """
+    joint, rows = human.model.joint(f"hip_rotation_{SIDES[0]}"), reference.rows
+    most, last = float(np.ptp(joint.range)), len(reference.table) - 1
+    for each in (each for each in reference.schedule.stances if each.side in SIDES):
+        i, k = (int(min(max(time / STEP, 0.0), last)) for time in (each.start, each.stop))
+        foot = rows.foot_rotation[i : k + 1, SIDES.index(each.side)]
+        turn = float(np.ptp(np.unwrap(np.arctan2(foot[:, 1, 0], foot[:, 0, 0]))))
+        if turn > most:
+            raise ParameterError(
+                f"from {i * STEP:.1f} s on the walk turns by {np.rad2deg(turn):.0f}° on one foot; "
+                f"a pendulum walks on feet that keep their heading, and a hip rotates by "
+                f"{np.rad2deg(most):.0f}° at most: leave the spin out"
+            )
 
 
 def with_feasible_com(reference: GaitReference, cop_smoothing: float = 0.0) -> GaitReference:
