@@ -191,7 +191,12 @@ class ContactPlan:
         if self.aside and self.mirrored:
             raise ParameterError("a plan that is mirrored cannot lead to the side")
         if self.motion is not None and self.periodic:
-            raise ParameterError("a motion that repeats has no moving ground: take one from rest")
+            raise ParameterError("a periodic plan has no moving ground")
+
+    @property
+    def moves(self) -> bool:
+        """Whether the ground or a support moves."""
+        return self.motion is not None or any(s.motion is not None for s in self.supports)
 
     @property
     def to_world(self) -> Float[Array, "3 3"]:

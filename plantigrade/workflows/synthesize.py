@@ -80,6 +80,8 @@ def synthesize_task(
         warm = WarmStart.of_record(Run.load(how.warm).record)
     human = person(how)
     task = the_task(human, parameters, how, file)
+    if how.replay and task.plan.moves:
+        raise ParameterError("replay has no ground or supports that move: leave out one of both")
     strides, without = getattr(parameters, "strides", 1), None
     if task.devices:
         known = str(human.to_dict()), str(parameters), str(replace(how, device=())), str(file)

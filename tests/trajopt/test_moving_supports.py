@@ -7,10 +7,11 @@ import mujoco
 import numpy as np
 import pytest
 
+import plantigrade as pg
 from plantigrade import check
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.plan import ContactPlan
-from plantigrade.contact.scene import scene_xml
+from plantigrade.contact.scene import SceneObject, scene_xml
 from plantigrade.contact.site import foot_sites
 from plantigrade.contact.surface_motion import SurfaceMotion
 from plantigrade.dynamics.centroid import without_constraints
@@ -20,6 +21,10 @@ from plantigrade.record.scene_objects import scene_objects_of
 from plantigrade.trajopt import ContactBody, make_task, parse_task_file, synthesize
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.dynamics import asked_by
+from plantigrade.trajopt.tasks.settings import Stand
+from plantigrade.trajopt.tasks.supported import on_moving_ground
+from plantigrade.workflows.settings import SolveSettings
+from plantigrade.workflows.synthesize import synthesize_task
 from tests.models.presets import person
 
 HUMAN = person("42", "rigid")
@@ -128,6 +133,29 @@ def test_a_rider_passes_and_the_same_motion_explains_itself_under_tilted_gravity
 
 
 @pytest.mark.solver
+def test_what_joints_and_surfaces_do_is_what_the_body_gains():
+    record = riding()
+    verdict, time = check(record), record.motion.time
+    joints = np.einsum("nj,nj->n", verdict.tau[:, 6:], record.motion.qvel[:, 6:])
+    (rail,), force = record.ground.seats, np.nan_to_num(record.contact_force)
+    speeds = [
+        record.ground.velocity(time, rail if site.name == rail.site else None)
+        for site in record.sites
+    ]
+    surfaces = np.einsum("nki,nki->n", force, np.stack(speeds, axis=1))
+    model = without_constraints(HUMAN)
+    model.opt.enableflags |= int(mujoco.mjtEnableBit.mjENBL_ENERGY)
+    data, energy = mujoco.MjData(model), []
+    for f in (0, -1):
+        data.qpos[:], data.qvel[:] = record.motion.qpos[f], record.motion.qvel[f]
+        mujoco.mj_forward(model, data)
+        energy.append(data.energy.sum())
+    gained, done = energy[1] - energy[0], np.trapezoid(surfaces + joints, time)
+    assert np.trapezoid(surfaces, time) > 2.0  # at least the kinetic energy of the bus
+    assert done == pytest.approx(gained, abs=0.05)
+
+
+@pytest.mark.solver
 @pytest.mark.parametrize(
     ("change", "fault"),
     [
@@ -178,6 +206,7 @@ def test_a_file_with_motions_written_again_is_the_same():
         ("motion = [[0.0, 0.0", 'motion = "forward" # ', r"\[ground\] motion"),
         ("[ground]\n", "[ground]\nspeed = 1.0\n", r"\[ground\].*unknown key 'speed'"),
         ("[ground]\n", "[[ground]]\n", r"ground.*table"),
+        ("motion = [[0.0, 0.0", "# ", r"\[ground\].*missing"),
     ],
 )  # fmt: skip
 def test_what_a_motion_cannot_be_is_said_with_its_place(old, new, match):
@@ -200,6 +229,24 @@ def test_a_motion_that_nobody_follows_is_refused(old, new, match):
         parse_task_file(RIDE.replace(old, new)).task(HUMAN)
 
 
+def test_a_task_that_ground_does_not_carry_along_is_refused():
+    still = SurfaceMotion(((0.0, 0.0, 0.0, 0.0),))
+    with pytest.raises(ParameterError, match="periodic"):
+        on_moving_ground(make_task("hop", HUMAN, {}), still, HUMAN.gravity)
+    box = SceneObject("box", "box", (0.1, 0.1, 0.1)), lambda times: np.zeros((len(times), 3))
+    laden = replace(make_task("standing", HUMAN, {}), objects=(box,))
+    with pytest.raises(ParameterError, match="objects"):
+        on_moving_ground(laden, still, HUMAN.gravity)
+
+
+@pytest.mark.solver
+def test_controllers_know_only_what_is_at_rest():
+    with pytest.raises(ParameterError, match="at rest"):
+        pg.simulate(pg.Run(riding(), "synthesize"))
+    with pytest.raises(ParameterError, match="replay"):
+        synthesize_task(Stand(), SolveSettings(replay=True), file=parse_task_file(RIDE))
+
+
 def test_feet_without_a_hold_need_friction():
     alone = RIDE.split("[[support]]")[0].replace(", 0.4", ", 5.0")
     with pytest.raises(ParameterError, match="feet slip"):
@@ -208,7 +255,7 @@ def test_feet_without_a_hold_need_friction():
 
 def test_gaits_that_repeat_and_bodies_of_another_plan_are_refused():
     carried = SurfaceMotion(((0.0, 0.0, 0.0, 0.0),))
-    with pytest.raises(ParameterError, match="repeats"):
+    with pytest.raises(ParameterError, match="periodic"):
         ContactPlan(1.0, (), periodic=True, motion=carried)
     task = make_task("standing", HUMAN, {})
     moved = replace(task.plan, motion=carried)

@@ -15,6 +15,7 @@ from plantigrade.pages.sections.tasks import active_bars
 from plantigrade.pages.shapes import convex_hull
 from plantigrade.pages.text import place_text
 from plantigrade.record import Record
+from plantigrade.record.moving_ground import GroundPath
 from plantigrade.side_names import without_side
 
 MAX_HULLS = 60  # support polygons that are drawn; more hide each other
@@ -68,6 +69,9 @@ def pressure_section(subject: ReportedRun) -> Section:
         return Section(title, missing="the feet carry no load.")
     point = site_points(record)
     com = np.array([state.com for state in sweep(record.human, record.motion)])
+    if (moved := GroundPath.of(record)) is not None:  # as seen from the ground
+        point = moved.inward(point)
+        centre, com = (moved.inward(path[:, None])[:, 0] for path in (centre, com))
     series = [
         Series(com[:, 0], com[:, 1], "centre of mass", STROKE_MIDDLE, 1.4, 1.0, "5 3"),
         Series(centre[:, 0], centre[:, 1], "centre of pressure", STROKE_FORCE, 2.2),

@@ -74,6 +74,8 @@ def on_moving_ground(task: MotionTask, motion: SurfaceMotion, gravity: float) ->
     Raises:
         ParameterError: If the task is periodic, or the ground moves as no standing person follows.
     """
+    if task.plan.periodic:
+        raise ParameterError("a periodic task has no moving ground: take one from rest to rest")
     if task.objects:
         raise ParameterError(f"{task.name} has objects, which moving ground does not carry along")
     end = task.plan.duration

@@ -197,6 +197,8 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
     impairments = reader.impairments(document.get("impairments", {}))
     ground = document.get("ground", {})
     reader.known("[ground]", ground, ("motion",))
+    if "ground" in document and not ground:
+        raise reader.wrong("[ground]", "motion is missing", f"write {_MOTION}")
     terms, stances, supports = (
         enumerate(document.get(key, []), start=1) for key in ("term", "stance", "support")
     )
