@@ -19,7 +19,7 @@ from plantigrade.contact.site import foot_sites
 from plantigrade.models import Human
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.problem.dynamics import dynamics
-from plantigrade.trajopt.transcription.derivatives import Derivatives
+from plantigrade.trajopt.transcription.derivatives import NodeDerivatives
 
 NODES = 61
 REPEATS = 15  # evaluations of which the fastest counts
@@ -54,15 +54,15 @@ def function(human: Human):
     return dynamics(ContactBody(human, foot_sites(human)), NODES).function
 
 
-def made(function, backend: str | None) -> tuple[float, Derivatives]:
+def made(function, backend: str | None) -> tuple[float, NodeDerivatives]:
     """Return derivatives, all of them ready to be evaluated, and how long that took [s]."""
     start = time.perf_counter()
-    derivatives = Derivatives(function, backend=backend)
+    derivatives = NodeDerivatives(function, backend=backend)
     evaluate(derivatives, 1)
     return time.perf_counter() - start, derivatives
 
 
-def evaluate(derivatives: Derivatives, n: int) -> dict[str, Callable[[], object]]:
+def evaluate(derivatives: NodeDerivatives, n: int) -> dict[str, Callable[[], object]]:
     """Evaluate everything once at n nodes; return what does it again."""
     rng = np.random.default_rng(0)
     state = [rng.normal(size=(n, derivatives.function.size1_in(i))) for i in range(5)]
@@ -77,7 +77,7 @@ def evaluate(derivatives: Derivatives, n: int) -> dict[str, Callable[[], object]
     return calls
 
 
-def side_by_side(subject: str, ours: Derivatives, theirs: Derivatives) -> Iterator[Row]:
+def side_by_side(subject: str, ours: NodeDerivatives, theirs: NodeDerivatives) -> Iterator[Row]:
     """Yield microseconds a node, how many times faster, and the largest difference."""
     calls, others = evaluate(ours, NODES), evaluate(theirs, NODES)
     for what in DERIVATIVES:

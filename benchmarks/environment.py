@@ -23,9 +23,9 @@ NOISE = 0.18  # of a random policy: 0.11 rad, with which walking was learned
 
 def rows() -> Iterator[Row]:
     """Yield decisions per second of two policies, and what share of the time is MuJoCo's."""
-    from plantigrade.learn import Reference, Walks
+    from plantigrade.learn import ReferenceMotion, Walks
 
-    reference = Reference.of(None)
+    reference = ReferenceMotion.of(None)
     for many in (N_ENVIRONMENTS, 1):
         envs = Walks(many, reference)
         for name, noise in (("the reference followed", 0.0), ("a random policy", NOISE)):

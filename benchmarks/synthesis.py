@@ -26,7 +26,7 @@ from plantigrade.trajopt import (
 )
 from plantigrade.trajopt.solvers import kkt
 from plantigrade.trajopt.transcription.constraint_block import ConstraintBlock
-from plantigrade.trajopt.transcription.derivatives import Derivatives
+from plantigrade.trajopt.transcription.derivatives import NodeDerivatives
 from plantigrade.trajopt.transcription.linear_map import Transcription
 
 NODES = (61, 121, 301)
@@ -112,8 +112,8 @@ def timed(problem: Problem, c: np.ndarray, u: np.ndarray) -> dict[str, float]:
 
     with ExitStack() as patched:
         for name in ("values", "jacobian", "hessian"):
-            call = clocked("evaluation", getattr(Derivatives, name))
-            patched.enter_context(mock.patch.object(Derivatives, name, call))
+            call = clocked("evaluation", getattr(NodeDerivatives, name))
+            patched.enter_context(mock.patch.object(NodeDerivatives, name, call))
         for name in ("assemble", "gradient", "local", "local_step"):
             call = clocked("assembly", getattr(Transcription, name))
             patched.enter_context(mock.patch.object(Transcription, name, call))

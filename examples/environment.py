@@ -5,7 +5,7 @@ import numpy as np
 import plantigrade as pg
 import plantigrade.learn
 
-env = plantigrade.learn.Walk(recording=True)
+env = plantigrade.learn.WalkEnv(recording=True)
 observation, info = env.reset(seed=0, options={"phase": 0.0})
 action = np.zeros_like(env.action_space.sample())  # a policy's answer: here always the same
 print(f"{observation.size} numbers are seen, {action.size} decided about")

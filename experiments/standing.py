@@ -20,7 +20,7 @@ from plantigrade.contact.site import GEOM_PREFIX
 from plantigrade.control import Posture
 from plantigrade.control.balance import Balance, BalanceSettings, Hybrid, posture_reference
 from plantigrade.control.balance.reference import PLATFORM
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.threads import on_one_thread
 from plantigrade.world import Controller, Disturbance, World, standing_on
@@ -201,7 +201,7 @@ def stand(
 def is_standing(world: World) -> bool:
     """Return whether a person is upright, at rest, and has the left foot on the left."""
     nq, nv = world.human.model.nq, world.human.model.nv
-    body = State(world.human, world.data.qpos[:nq], world.data.qvel[:nv])
+    body = BodyState(world.human, world.data.qpos[:nq], world.data.qvel[:nv])
     feet = [world.human.body(f"foot_{side}") for side in SIDES]
     apart = (body.origin(feet[1]) - body.origin(feet[0])) @ body.rotation(1)[:, 1]
     upright = body.rotation(world.human.trunk)[2, 2] > np.cos(MAX_LEAN)

@@ -57,7 +57,7 @@ NO_GAIT = "no gait: the phase of the push never occurred"
 
 def tracks(walker: Walker) -> tuple[float, Float[Array, " 2"]]:
     """Return the mean height of the centre of mass of a gait [m], and its direction."""
-    from plantigrade.kinematics.state import State as BodyState
+    from plantigrade.kinematics.state import BodyState
 
     record = walker.record
     motion, human = record.motion, record.human

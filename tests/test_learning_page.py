@@ -11,15 +11,15 @@ TEXT = PAGE.read_text("utf-8")
 
 @pytest.mark.slow
 def test_the_page_runs_and_says_how_many_numbers_there_are():
-    from plantigrade.learn import Walk
+    from plantigrade.learn import WalkEnv
 
     (code,) = re.findall(r"^```python\n(.*?)^```", TEXT, re.M | re.S)
     names: dict = {}
     exec(compile(code, str(PAGE), "exec"), names)
     reference = names["env"].unwrapped.tracking.reference
     row = next(line for line in TEXT.splitlines() if line.startswith("| size of observation"))
-    paper, lean = (Walk(reference, form=form) for form in ("paper", "lean"))
+    paper, lean = (WalkEnv(reference, form=form) for form in ("paper", "lean"))
     sizes = [*paper.observation_space.shape, *paper.action_space.shape]
     sizes += [*lean.observation_space.shape, *lean.action_space.shape]
-    sizes += Walk(reference, gains=True).action_space.shape
+    sizes += WalkEnv(reference, gains=True).action_space.shape
     assert re.findall(r"\d+", row) == [str(n) for n in sizes]

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plantigrade.kinematics.state import State, sweep
+from plantigrade.kinematics.state import BodyState, sweep
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "ordered-tasks.md"
 BLOCKS = re.findall(r"^```python\n(.*?)^```", PAGE.read_text("utf-8"), re.M | re.S)
@@ -47,7 +47,7 @@ def test_joints_stay_within_their_ranges(page, name):
 def test_the_hand_arrives_and_had_far_to_go(page):
     human, motion = page["human"], page["motion"]
     palm, target = page["palm"], page["target"]
-    first, last = (State(human, motion.qpos[k]).position(palm)[0] for k in (0, -1))
+    first, last = (BodyState(human, motion.qpos[k]).position(palm)[0] for k in (0, -1))
     assert np.linalg.norm(last - target) < 0.01
     assert np.linalg.norm(first - target) > 0.5
     np.testing.assert_allclose(motion.qpos[0], page["standing"], atol=0.02)  # no jump at the start
@@ -75,7 +75,9 @@ def test_the_head_of_the_walk_is_level_and_the_walk_is_the_same(page):
     start = gait.at(gait.start), gait.velocity_at(gait.start)
     plain = move(gait.human, known, *start, start=gait.start, stop=gait.stop)
     assert np.median(page["tilt"]) < 2.0
-    com = [[State(gait.human, q).com for q in motion.qpos] for motion in (plain, page["walking"])]
+    com = [
+        [BodyState(gait.human, q).com for q in motion.qpos] for motion in (plain, page["walking"])
+    ]
     np.testing.assert_allclose(com[0], com[1], atol=3e-3)
 
 
@@ -95,8 +97,8 @@ def test_its_jacobian_and_bias_acceleration_are_rates(page):
     for way in (-h, h):
         there = q.copy()
         mujoco.mj_integratePos(human.model, there, v, way)
-        states.append(State(human, there, v))
-    here = State(human, q, v)
+        states.append(BodyState(human, there, v))
+    here = BodyState(human, q, v)
     rate = (task.error(states[1], 0.0) - task.error(states[0], 0.0)) / (2 * h)
     np.testing.assert_allclose(task.jacobian(here, 0.0) @ v, rate, atol=1e-7)
     speed = [task.jacobian(s, 0.0) @ v for s in states]

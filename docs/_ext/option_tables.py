@@ -22,7 +22,7 @@ from plantigrade.commands.options import JobOptions, PrintOptions, RunOptions
 from plantigrade.models.person import Person
 from plantigrade.trajopt.tasks.impairments import Impairments
 from plantigrade.vaulting.approach import Approach
-from plantigrade.vaulting.table import Table
+from plantigrade.vaulting.table import VaultingTable
 from plantigrade.workflows.controller_options import (
     AnyOptions,
     SpringOptions,
@@ -40,7 +40,7 @@ SHARED = {
     StepOptions: "Controller",
     WalkOptions: "Controller",
     Approach: "Approach",
-    Table: "Vaulting table",
+    VaultingTable: "Vaulting table",
     Person: "Person",
     Settings: "Person",
     JobOptions: "Several at once",

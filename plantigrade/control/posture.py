@@ -10,8 +10,7 @@ from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.gait.phase import FootContactSettings
 from plantigrade.control.gait.step import StepSettings
-from plantigrade.kinematics.state import PointSet
-from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.motion.blends import cubic_rise
 from plantigrade.world import Command, Controller, StablePD, State, Target, standing_on

@@ -30,7 +30,7 @@ from plantigrade.motion.recording import even_clock
 
 
 @dataclass(frozen=True)
-class Derivatives:
+class MotionDerivatives:
     """A motion with its derivatives."""
 
     qpos: Float[Array, "n_frames nq"]  #: Configurations, smoothed where a cut-off was given
@@ -45,7 +45,7 @@ def differentiate(
     time: Float[Array, " n_frames"],
     qpos: Float[Array, "n_frames nq"],
     cutoff: float | None,
-) -> Derivatives:
+) -> MotionDerivatives:
     """Return a motion's velocities and accelerations.
 
     Args:
@@ -83,7 +83,7 @@ def differentiate(
         smooth[:, k] = each.angles(smooth[:, at], qpos[:, k])
         spins = (_spin(smooth, s, at) for s in (first, second))
         velocity[:, k - 1], acceleration[:, k - 1] = each.rates(smooth[:, k], *spins)
-    return Derivatives(smooth[:, : human.model.nq], velocity, acceleration)
+    return MotionDerivatives(smooth[:, : human.model.nq], velocity, acceleration)
 
 
 def continuous(qpos: Float[Array, "n_frames nq"]) -> Float[Array, "n_frames nq"]:

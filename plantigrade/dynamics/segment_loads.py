@@ -22,7 +22,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import contact_sites
 from plantigrade.kinematics.sole_paths import SitePoints
-from plantigrade.kinematics.state import State, sweep
+from plantigrade.kinematics.state import BodyState, sweep
 from plantigrade.models import Human
 
 HEIGHT_SCALE = 0.01  # [m] height at which the weight of a contact point falls to 1/e. Chosen
@@ -75,7 +75,7 @@ class SegmentLoads:
 
     def divide(
         self,
-        state: State,
+        state: BodyState,
         side: str,
         force: Float[Array, " 3"],
         point: Float[Array, " 3"],

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 from plantigrade.lazy import lazy
 
 if TYPE_CHECKING:
-    from plantigrade.exchange.formats import FORMATS, Format, export
+    from plantigrade.exchange.formats import FORMATS, ExportFormat, export
 
-__all__ = ["FORMATS", "Format", "export"]
+__all__ = ["FORMATS", "ExportFormat", "export"]
 
 __getattr__ = lazy(__name__)

@@ -14,7 +14,7 @@ from plantigrade.signatures import keywords_of, takes
 
 
 @dataclass(frozen=True)
-class Format:
+class ExportFormat:
     """One format of exported runs."""
 
     name: str  #: Its name in messages
@@ -37,22 +37,22 @@ class Format:
 
 
 FORMATS = (
-    Format("CSV", (".csv",), "tables:write_table"),
-    Format("BVH", (".bvh",), "skeleton:write_skeleton"),
-    Format("glTF", (".glb",), "animation:write_glb"),
-    Format("film", (".mp4", ".gif"), "film:write_film"),
-    Format("C3D", (".c3d",), "markers:write_markers_c3d"),
-    Format("TRC", (".trc",), "markers:write_markers_trc"),
-    Format("MOT/STO", (".mot", ".sto"), "markers:write_coordinates"),
-    Format("OpenSim model", (".osim",), "opensim_model:write_model"),
-    Format("BIDS motion", (".tsv",), "bids:write_motion"),
-    Format("Parquet", (".parquet",), "trials:write_parquet", many=True),
-    Format("xarray", (".nc", ".zarr"), "trials:write_dataset", many=True),
+    ExportFormat("CSV", (".csv",), "tables:write_table"),
+    ExportFormat("BVH", (".bvh",), "skeleton:write_skeleton"),
+    ExportFormat("glTF", (".glb",), "animation:write_glb"),
+    ExportFormat("film", (".mp4", ".gif"), "film:write_film"),
+    ExportFormat("C3D", (".c3d",), "markers:write_markers_c3d"),
+    ExportFormat("TRC", (".trc",), "markers:write_markers_trc"),
+    ExportFormat("MOT/STO", (".mot", ".sto"), "markers:write_coordinates"),
+    ExportFormat("OpenSim model", (".osim",), "opensim_model:write_model"),
+    ExportFormat("BIDS motion", (".tsv",), "bids:write_motion"),
+    ExportFormat("Parquet", (".parquet",), "trials:write_parquet", many=True),
+    ExportFormat("xarray", (".nc", ".zarr"), "trials:write_dataset", many=True),
 )
 """All formats."""
 
 
-def format_of(path: Path) -> Format:
+def format_of(path: Path) -> ExportFormat:
     """Return the format that the extension of a file names.
 
     Raises:

@@ -23,7 +23,7 @@ _BONE_CHANNELS = ("rx", "ry", "rz", "tx", "ty", "tz", "l")
 
 
 @dataclass(frozen=True)
-class Bone:
+class AsfBone:
     """One bone of an ASF skeleton, in file axes and units, angles in radians."""
 
     name: str  #: Its name
@@ -40,7 +40,7 @@ class AsfSkeleton:
     """An ASF skeleton."""
 
     source: Path  #: The file
-    bones: tuple[Bone, ...]  #: Its bones, parents before children
+    bones: tuple[AsfBone, ...]  #: Its bones, parents before children
     length_unit: float  #: The ``length`` of the ``:units`` block
     radians: bool  #: Whether the file's angles are radians
     root_order: tuple[str, ...]  #: Channels of the root line of the AMC file
@@ -222,7 +222,7 @@ class _AsfParser:
             raise self.error(f"there are more than {MAX_BONES} bones: not a human skeleton")
         bones[bone["name"]] = bone
 
-    def hierarchy(self, rows, bones: dict[str, dict]) -> tuple[Bone, ...]:
+    def hierarchy(self, rows, bones: dict[str, dict]) -> tuple[AsfBone, ...]:
         parent_of: dict[str, str] = {}
         for self.n, words in rows:
             if words[0].lower() in ("begin", "end") and len(words) == 1:
@@ -250,7 +250,7 @@ class _AsfParser:
         index = {name: i for i, name in enumerate(order)} | {"root": -1}
         fields = ("direction", "length", "axis", "dof")
         return tuple(
-            Bone(name, index[parent_of[name]], *(bones[name][field] for field in fields))
+            AsfBone(name, index[parent_of[name]], *(bones[name][field] for field in fields))
             for name in order
         )
 

@@ -28,7 +28,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import FileError, ParameterError
-from plantigrade.io.bvh_hierarchy import Joint, read_hierarchy
+from plantigrade.io.bvh_hierarchy import BvhJoint, read_hierarchy
 from plantigrade.io.bvh_motion import read_motion
 from plantigrade.io.skeletons import (
     bone_height,
@@ -90,7 +90,7 @@ def read_bvh(path: str | Path, *, unit: str | None = None) -> Recording:
 
 
 def _without_rest_pose(
-    joints: list[Joint], values: np.ndarray, warnings: list[str]
+    joints: list[BvhJoint], values: np.ndarray, warnings: list[str]
 ) -> tuple[int, np.ndarray]:
     """Return the number of initial frames that are a rest pose or lead out of it, and the others.
 
@@ -126,7 +126,7 @@ def _without_rest_pose(
 
 
 def _forward(
-    joints: list[Joint], values: np.ndarray
+    joints: list[BvhJoint], values: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return rotations, positions and ends of joints in file axes, and the rest positions."""
     n, k = len(values), len(joints)
@@ -157,7 +157,7 @@ def _forward(
 
 
 def _kinematics(
-    joints: list[Joint],
+    joints: list[BvhJoint],
     values: np.ndarray,
     time: np.ndarray,
     unit: str | None,

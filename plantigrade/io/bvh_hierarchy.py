@@ -15,7 +15,7 @@ _CHANNEL = re.compile(r"([XYZ])(position|rotation)", re.IGNORECASE)
 
 
 @dataclass
-class Joint:
+class BvhJoint:
     """A joint of the hierarchy, in file axes and units."""
 
     name: str  #: Name of the joint
@@ -26,7 +26,7 @@ class Joint:
     end: np.ndarray | None = None  #: Offset of the End Site from the joint
 
 
-def read_hierarchy(path: Path, text: str, warnings: list[str]) -> tuple[list[Joint], int]:
+def read_hierarchy(path: Path, text: str, warnings: list[str]) -> tuple[list[BvhJoint], int]:
     """Return the joints of the first skeleton, parents first, and the number of channels.
 
     Raises:
@@ -43,7 +43,7 @@ class _Hierarchy:
         self.lines = text.replace("{", "\n{\n").replace("}", "\n}\n") if _crowded(text) else text
         self.crowded = self.lines is not text
         self.n = 0
-        self.joints: list[Joint] = []
+        self.joints: list[BvhJoint] = []
         self.stack: list[int | None] = []  # open blocks: a joint, or None for an End Site
         self.pending: int | None = None  # the block that the next brace opens
         self.ended = 0  # the joint that has an End Site
@@ -54,7 +54,7 @@ class _Hierarchy:
         where = "HIERARCHY" if self.crowded else f"line {self.n}"
         return FileError(self.path, problem, where=where, remedy="check the BVH file's hierarchy")
 
-    def parse(self) -> tuple[list[Joint], int]:
+    def parse(self) -> tuple[list[BvhJoint], int]:
         """Return the joints of the first root, parents first, and the number of channels."""
         for n, line in enumerate(self.lines.splitlines(), start=1):
             self.n = n
@@ -124,7 +124,7 @@ class _Hierarchy:
             raise self.error(f"has more than {MAX_JOINTS} joints: not a human skeleton")
         name = " ".join(words[1:]) or f"joint{len(self.joints)}"
         parent = self.stack[-1] if self.stack else -1
-        self.joints.append(Joint(name, -1 if parent is None else parent, np.zeros(3)))
+        self.joints.append(BvhJoint(name, -1 if parent is None else parent, np.zeros(3)))
         self.pending, self.expect_brace = len(self.joints) - 1, True
 
     def inside(self, what: str) -> int:
@@ -161,7 +161,7 @@ class _Hierarchy:
             raise self.error("a position channel is listed twice")
         return tuple(channels)
 
-    def unique_names(self, joints: list[Joint]) -> None:
+    def unique_names(self, joints: list[BvhJoint]) -> None:
         seen: dict[str, int] = {}
         for joint in joints:
             seen[joint.name] = seen.get(joint.name, 0) + 1

@@ -50,7 +50,7 @@ class BodyFrame:
 
 
 @dataclass(frozen=True)
-class Coordinate:
+class OsimCoordinate:
     """One coordinate of a joint."""
 
     name: str
@@ -73,14 +73,14 @@ class Axis:
 
 
 @dataclass(frozen=True)
-class Joint:
+class OsimJoint:
     """A joint: translations first, then rotations, each about the axes moved by those before."""
 
     name: str
     parent: BodyFrame
     child: BodyFrame
     axes: tuple[Axis, ...]
-    coordinates: tuple[Coordinate, ...]
+    coordinates: tuple[OsimCoordinate, ...]
 
 
 @dataclass(frozen=True)
@@ -99,7 +99,7 @@ class OsimModel:
 
     name: str
     segments: dict[str, SegmentMass]  #: Bodies by name, without the ground
-    joints: tuple[Joint, ...]
+    joints: tuple[OsimJoint, ...]
     markers: dict[str, BodyFrame]  #: Marker name → its place
     gravity: float  #: [m/s²]
     coupled: tuple[str, ...]  #: Coordinates tied to others
@@ -209,7 +209,7 @@ class _Frames:
         )
 
 
-def _joint4(node: ET.Element, frames: _Frames) -> Joint:
+def _joint4(node: ET.Element, frames: _Frames) -> OsimJoint:
     """Return a joint of version 4."""
     own = {_named(n): n for n in node.iterfind("frames/PhysicalOffsetFrame")}
     parent, child = (
@@ -218,7 +218,7 @@ def _joint4(node: ET.Element, frames: _Frames) -> Joint:
     return _joint(node, parent, child, node.iterfind("coordinates/Coordinate"))
 
 
-def _joint3(node: ET.Element, body: str) -> Joint:
+def _joint3(node: ET.Element, body: str) -> OsimJoint:
     """Return a joint of version 3, which is part of its child."""
     if (node.findtext("reverse") or "").strip() == "true":
         raise ValueError(f"joint {_named(node)} is reversed, which is not read")
@@ -235,7 +235,7 @@ def _joint3(node: ET.Element, body: str) -> Joint:
 
 def _joint(
     node: ET.Element, parent: BodyFrame, child: BodyFrame, found: Iterable[ET.Element]
-) -> Joint:
+) -> OsimJoint:
     coordinates = tuple(_coordinate(each) for each in found)
     name, names = _named(node), [c.name for c in coordinates]
     table = node.find("SpatialTransform")
@@ -254,7 +254,7 @@ def _joint(
         axes = [_axis(each, name, names) for each in nodes]
     else:
         raise ValueError(f"joint {name} is of kind {node.tag[:40]}, which is not read")
-    return Joint(name, parent, child, tuple(axes), coordinates)
+    return OsimJoint(name, parent, child, tuple(axes), coordinates)
 
 
 def _axis(node: ET.Element, joint: str, known: list[str]) -> Axis:
@@ -273,11 +273,11 @@ def _axis(node: ET.Element, joint: str, known: list[str]) -> Axis:
     return Axis(name, slides, direction / length, driven[0] if driven else None, function)
 
 
-def _coordinate(node: ET.Element) -> Coordinate:
+def _coordinate(node: ET.Element) -> OsimCoordinate:
     low, high = numbers(node, "range", 2) if node.find("range") is not None else (-np.inf, np.inf)
     flags = {t: (node.findtext(t) or "").strip() == "true" for t in ("locked", "clamped")}
     default = float(numbers(node, "default_value", 1, 0.0)[0])
-    return Coordinate(_named(node), default, float(low), float(high), **flags)
+    return OsimCoordinate(_named(node), default, float(low), float(high), **flags)
 
 
 def _tie(node: ET.Element) -> tuple[str, tuple[str, Function]]:
@@ -290,7 +290,7 @@ def _tie(node: ET.Element) -> tuple[str, tuple[str, Function]]:
     return dependent, (others[0], read_function(function))
 
 
-def _tied(joint: Joint, ties: dict[str, tuple[str, Function]]) -> Joint:
+def _tied(joint: OsimJoint, ties: dict[str, tuple[str, Function]]) -> OsimJoint:
     """Return the joint with the axes of tied coordinates driven by the others."""
 
     def followed(axis: Axis) -> Axis:

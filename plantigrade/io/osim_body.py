@@ -17,7 +17,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import CoordinateNotFound, FileError, ParameterError, known_names
-from plantigrade.io.osim import Coordinate, Joint, OsimModel, parse_osim
+from plantigrade.io.osim import OsimCoordinate, OsimJoint, OsimModel, parse_osim
 from plantigrade.io.osim_mjcf import body_of, osim_mjcf
 from plantigrade.io.osim_root import check_root, root_coordinates, root_pose
 from plantigrade.io.osim_shapes import foot_spheres, solids_of
@@ -48,7 +48,7 @@ class OsimHuman(Human):
 
     text: str = field(repr=False, kw_only=True)  #: The file, without muscles and shapes
     osim: OsimModel = field(repr=False, kw_only=True)  #: What was read of it
-    root: Joint = field(repr=False, kw_only=True)  #: Joint of the root to the ground
+    root: OsimJoint = field(repr=False, kw_only=True)  #: Joint of the root to the ground
     #: Bodies, in the order of MuJoCo
     links: tuple[OsimLink, ...] = field(repr=False, kw_only=True)
 
@@ -113,7 +113,7 @@ class OsimHuman(Human):
         return tuple(driven for link in self.links for _, _, driven, _ in link.joints)
 
     @cached_property
-    def every_coordinate(self) -> tuple[Coordinate, ...]:
+    def every_coordinate(self) -> tuple[OsimCoordinate, ...]:
         """Coordinates of the file, root first, without those that are tied or drive nothing."""
         others = [c for j in self.osim.joints if j is not self.root for c in j.coordinates]
         return (*self.root.coordinates, *(c for c in others if c.name in self.coordinates))

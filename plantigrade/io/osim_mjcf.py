@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.io.osim import Joint, OsimModel
+from plantigrade.io.osim import OsimJoint, OsimModel
 from plantigrade.io.osim_root import root_pose
 from plantigrade.io.osim_tree import OsimLink
 from plantigrade.models.mjcf import add_shapes, numbers
@@ -21,7 +21,7 @@ MIN_MASS, MIN_INERTIA = 1e-6, 1e-9  # [kg, kg m²] of massless bodies, for MuJoC
 
 def osim_mjcf(
     osim: OsimModel,
-    root: Joint,
+    root: OsimJoint,
     links: Sequence[OsimLink],
     solids: Mapping[str, tuple[Solid, ...]],
     spheres: Mapping[str, tuple[SoleSphere, ...]],

@@ -7,12 +7,12 @@ from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
-from plantigrade.io.osim import Joint
+from plantigrade.io.osim import OsimJoint
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD as W
 from plantigrade.spatial.conventions import about_axis, rotation_matrix, xyzw_to_wxyz
 
 
-def check_root(root: Joint) -> None:
+def check_root(root: OsimJoint) -> None:
     """Refuse a root whose pose does not tell its coordinates."""
     moving = [a for a in root.axes if a.function.constant is None]
     turns = [a for a in moving if not a.slides]
@@ -25,7 +25,7 @@ def check_root(root: Joint) -> None:
         raise ParameterError(f"the root {root.name} has a fixed rotation in its axes")
 
 
-def root_pose(root: Joint, column: Mapping[str, np.ndarray], n: int) -> Float[Array, "n 7"]:
+def root_pose(root: OsimJoint, column: Mapping[str, np.ndarray], n: int) -> Float[Array, "n 7"]:
     """Return position and quaternion ``wxyz`` of the root's body, our axes."""
     moved, turn = np.zeros((n, 3)), np.tile(np.eye(3), (n, 1, 1))
     for axis in root.axes:
@@ -44,7 +44,7 @@ def root_pose(root: Joint, column: Mapping[str, np.ndarray], n: int) -> Float[Ar
     return np.hstack([origin @ W.T, xyzw_to_wxyz(quat)])
 
 
-def root_coordinates(root: Joint, qpos: Float[Array, "n nq"]) -> dict[str, Float[Array, " n"]]:
+def root_coordinates(root: OsimJoint, qpos: Float[Array, "n nq"]) -> dict[str, Float[Array, " n"]]:
     """Return the coordinates of the root from its pose, angles unwrapped over time."""
     P, C = root.parent.rotation, root.child.rotation
     R = W.T @ rotation_matrix(qpos[:, 3:7]) @ W

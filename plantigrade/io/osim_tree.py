@@ -14,7 +14,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
-from plantigrade.io.osim import GROUND, Axis, Joint, OsimModel
+from plantigrade.io.osim import GROUND, Axis, OsimJoint, OsimModel
 from plantigrade.io.osim_functions import Function
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD as W
 from plantigrade.spatial.conventions import about_axis
@@ -51,7 +51,7 @@ class OsimLink:
     joints: tuple[tuple[str, Float[Array, " 3"], Driven, tuple[float, float]], ...]
 
 
-def links_of(model: OsimModel) -> tuple[Joint, tuple[OsimLink, ...]]:
+def links_of(model: OsimModel) -> tuple[OsimJoint, tuple[OsimLink, ...]]:
     """Return the joint of the root to the ground, and the bodies below it, parents first."""
     roots = [j for j in model.joints if j.parent.body == GROUND and j.coordinates]
     if len(roots) != 1:
@@ -78,7 +78,7 @@ def links_of(model: OsimModel) -> tuple[Joint, tuple[OsimLink, ...]]:
     return root, tuple(links)
 
 
-def _link(joint: Joint, owned: set[str]) -> OsimLink:
+def _link(joint: OsimJoint, owned: set[str]) -> OsimLink:
     """Return the body on its parent; ``owned`` are the coordinates that have a joint already."""
     fixed, turn = np.zeros(3), np.eye(3)
     turns: list[tuple[Axis, np.ndarray]] = []

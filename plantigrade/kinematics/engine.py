@@ -9,7 +9,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 
 
-class Engine:
+class MujocoMemory:
     """MuJoCo's memory, shared by all states that come from one another."""
 
     def __init__(self, model: mujoco.MjModel):

@@ -56,7 +56,7 @@ _STANDING_QUANTILE = 0.25
 
 
 @dataclass(frozen=True)
-class FootPath:
+class FootBoneMotion:
     """A foot over a motion.
 
     Attributes:
@@ -107,7 +107,7 @@ def foot_path(
     *,
     turns: bool = True,
     pitched: bool = False,
-) -> FootPath:
+) -> FootBoneMotion:
     """Return a foot's pose over a motion, smooth at changes of the loaded parts.
 
     Args:
@@ -152,7 +152,7 @@ def foot_path(
         angles[rows] += w * inner
         shift[rows] += weight[rows] * pose.shift * may
     rotation = Rotation.from_rotvec(turn).as_matrix() @ facing
-    return FootPath(rotation, angles, presses, shift)
+    return FootBoneMotion(rotation, angles, presses, shift)
 
 
 def _upon(facing, rotation, angles, kind: int, sign: float, dip) -> np.ndarray:

@@ -20,8 +20,8 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.data_files import named_numbers
-from plantigrade.kinematics.shoulders import Hold
-from plantigrade.kinematics.state import PointSet, State, integrate
+from plantigrade.kinematics.shoulders import ShoulderHold
+from plantigrade.kinematics.state import BodyState, PointSet, integrate
 from plantigrade.models import Human
 from plantigrade.side_names import split_side
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
@@ -126,7 +126,7 @@ class InverseKinematics:
         max_iterations: int = 60,
     ):
         self.points = points
-        self._state = State(points.human, points.human.standing(), model=points.model)
+        self._state = BodyState(points.human, points.human.standing(), model=points.model)
         self.weights = np.ones(len(points.body)) if weights is None else np.asarray(weights, float)
         self.tolerance, self.max_iterations = tolerance, max_iterations
         self.low, self.high = points.human.limits
@@ -183,7 +183,7 @@ class InverseKinematics:
         """Return where the points are at a configuration [m]."""
         return self.points.values(self._state.moved_to(qpos))
 
-    def _cost(self, state: State, target, w) -> float:
+    def _cost(self, state: BodyState, target, w) -> float:
         error = target - self.points.values(state)
         posture = state.qpos[7:] - self.rest
         return float(w @ np.einsum("ij,ij->i", error, error) + self.posture @ (posture * posture))
@@ -268,7 +268,7 @@ def track(
     determined = ((seen @ solver.points.moved[:, 0, 6:]) > 0) & placed[:, None]
     lost = ~determined & determined.any(axis=0)
     usual = solver.posture, solver.rest
-    hold = Hold(solver.points.human, *usual)
+    hold = ShoulderHold(solver.points.human, *usual)
     for k in range(n):
         if k:
             solver.posture, solver.rest = hold.after(previous[7:])

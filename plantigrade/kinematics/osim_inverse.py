@@ -17,7 +17,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import FitError
 from plantigrade.io.osim_body import OsimHuman
 from plantigrade.kinematics.inverse import bounded_step
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.motion import Markers, Table
 
 MIN_MARKERS = 6  # on the model and in the recording; a person with fewer is undetermined
@@ -125,7 +125,7 @@ class OsimInverse:
         human = points.human
         assert isinstance(human, OsimHuman)
         self.human, self.points = human, points
-        self.state = State(human, human.standing())
+        self.state = BodyState(human, human.standing())
         every = human.every_coordinate
         self.free = np.array([not c.locked for c in every])
         self.low = np.array([c.low if c.clamped else -np.inf for c in every])
@@ -203,9 +203,9 @@ class OsimInverse:
                     break
         return u
 
-    def _at(self, u: Float[Array, " k"]) -> State:
+    def _at(self, u: Float[Array, " k"]) -> BodyState:
         return self.state.moved_to(self.human.poses(u[None])[0])
 
-    def _error(self, measured, state: State, moved, seen) -> float:
+    def _error(self, measured, state: BodyState, moved, seen) -> float:
         away = (measured - state.position(self.points))[seen]
         return float(np.sum(away**2) + PULL_TO_LAST_FRAME * np.sum(moved**2))

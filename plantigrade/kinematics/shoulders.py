@@ -84,7 +84,7 @@ def arm_starts(
         yield q
 
 
-class Hold:
+class ShoulderHold:
     """Posture weights that keep horizontal arms from turning with the noise of their markers.
 
     Args:

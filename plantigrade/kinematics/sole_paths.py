@@ -10,7 +10,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.contact.site import ContactSite, contact_sites
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.models import Human
 
 __all__ = ["SitePoints", "SolePaths", "lowest", "sole_paths"]
@@ -40,7 +40,7 @@ class SitePoints(PointSet):
         self.sites = tuple(sites)
         self.radius = np.array([site.radius for site in sites])
 
-    def height(self, state: State) -> Float[Array, " n_points"]:
+    def height(self, state: BodyState) -> Float[Array, " n_points"]:
         """Return how high the lowest points of the spheres are [m]."""
         return state.position(self)[:, 2] - self.radius
 

@@ -22,12 +22,12 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.engine import Engine, moved_by, once, read_only
+from plantigrade.kinematics.engine import MujocoMemory, moved_by, once, read_only
 from plantigrade.kinematics.rigid_points import CROSS, RigidPoints
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 
-__all__ = ["PointSet", "State", "integrate", "sweep"]
+__all__ = ["PointSet", "BodyState", "integrate", "sweep"]
 
 # Up to this number of points the engine computes everything, a microsecond each for position,
 # Jacobian and its rate; for more, products of matrices are faster.
@@ -73,11 +73,11 @@ class PointSet:
         """Return the number of points."""
         return len(self.body)
 
-    def values(self, state: "State") -> Float[Array, "n_points 3"]:
+    def values(self, state: "BodyState") -> Float[Array, "n_points 3"]:
         """Return where the points are [m]."""
         return state.position(self)
 
-    def jacobian(self, state: "State") -> Float[Array, "n_points 3 nv"]:
+    def jacobian(self, state: "BodyState") -> Float[Array, "n_points 3 nv"]:
         """Return the Jacobian of :meth:`values`."""
         return state.jacobian(self)
 
@@ -94,7 +94,7 @@ class PointSet:
         return origin[:, owner] + turned[..., 0]
 
 
-class State:
+class BodyState:
     """A body at a configuration ``qpos`` and velocity ``qvel``; it never changes.
 
     Args:
@@ -110,14 +110,14 @@ class State:
         *,
         model: mujoco.MjModel | None = None,
     ):
-        self._evaluate(human, Engine(human.model if model is None else model), qpos, qvel)
+        self._evaluate(human, MujocoMemory(human.model if model is None else model), qpos, qvel)
 
-    def _evaluate(self, human, engine: Engine, qpos, qvel) -> None:
+    def _evaluate(self, human, engine: MujocoMemory, qpos, qvel) -> None:
         nv = engine.model.nv
         qvel = np.zeros(nv) if qvel is None else np.array(qvel, dtype=float)
         self._become(human, engine, np.array(qpos, dtype=float), qvel)
 
-    def _become(self, human, engine: Engine, qpos, qvel) -> None:
+    def _become(self, human, engine: MujocoMemory, qpos, qvel) -> None:
         self.human, self.model, self._engine = human, engine.model, engine
         self.qpos, self.qvel = qpos, qvel
         self.qpos.flags.writeable = self.qvel.flags.writeable = False
@@ -139,17 +139,17 @@ class State:
 
     def moved_to(
         self, qpos: Float[Array, " nq"], qvel: Float[Array, " nv"] | None = None
-    ) -> "State":
+    ) -> "BodyState":
         """Return the state at another configuration and velocity (zero if absent)."""
-        new = State.__new__(State)
+        new = BodyState.__new__(BodyState)
         new._evaluate(self.human, self._engine, qpos, qvel)
         return new
 
-    def integrated(self, qacc: Float[Array, " nv"], dt: float) -> "State":
+    def integrated(self, qacc: Float[Array, " nv"], dt: float) -> "BodyState":
         """Return the state after ``dt`` [s] of constant acceleration."""
         qpos = self.qpos.copy()
         mujoco.mj_integratePos(self.model, qpos, self.qvel + 0.5 * dt * qacc, dt)
-        new = State.__new__(State)
+        new = BodyState.__new__(BodyState)
         new._become(self.human, self._engine, qpos, self.qvel + dt * qacc)
         return new
 
@@ -379,7 +379,7 @@ def sweep(
     qvel: Float[Array, "n_frames nv"] | None = None,
     *,
     model: mujoco.MjModel | None = None,
-) -> Iterator[State]:
+) -> Iterator[BodyState]:
     """Yield the state of every frame of a motion.
 
     Args:
@@ -392,5 +392,5 @@ def sweep(
     state = None
     for k, qpos in enumerate(motion):
         v = None if qvel is None else qvel[k]
-        state = State(human, qpos, v, model=model) if state is None else state.moved_to(qpos, v)
+        state = BodyState(human, qpos, v, model=model) if state is None else state.moved_to(qpos, v)
         yield state

@@ -8,7 +8,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.leg_inverse import LegInverse
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import lowpass
@@ -72,7 +72,7 @@ class _Legs:
 
     @classmethod
     def of(cls, human: Human, qpos: Float[Array, "n nq"]) -> "_Legs":
-        state, still = State(human, qpos[0]), np.zeros(human.model.nv)
+        state, still = BodyState(human, qpos[0]), np.zeros(human.model.nv)
         feet, hips = (np.array([human.body(f"{b}_{s}") for s in SIDES]) for b in ("foot", "femur"))
         ankle, hip = np.zeros((2, len(qpos), 2, 3))
         turn, left = np.zeros((len(qpos), 2, 3, 3)), np.zeros((len(qpos), 3))

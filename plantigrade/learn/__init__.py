@@ -12,12 +12,12 @@ from plantigrade.learn.action import PAPER_GAINS, Gains
 from plantigrade.learn.controller import PolicyController
 from plantigrade.learn.onnx_policy import OnnxPolicy, write_onnx
 from plantigrade.learn.policy import Policy
-from plantigrade.learn.reference import Reference
+from plantigrade.learn.reference import ReferenceMotion
 from plantigrade.learn.reward import RewardWeights
 from plantigrade.learn.rules import Rules
 
 if TYPE_CHECKING:
-    from plantigrade.learn.environment import Walk, Walks
+    from plantigrade.learn.environment import WalkEnv, Walks
 
 __all__ = [
     "PAPER_GAINS",
@@ -26,9 +26,9 @@ __all__ = [
     "OnnxPolicy",
     "Policy",
     "PolicyController",
-    "Reference",
+    "ReferenceMotion",
     "Rules",
-    "Walk",
+    "WalkEnv",
     "Walks",
     "RewardWeights",
     "write_onnx",
@@ -46,7 +46,7 @@ def _register() -> None:
     if WALK not in gymnasium.registry:
         gymnasium.register(
             WALK,
-            entry_point="plantigrade.learn.environment:Walk",
+            entry_point="plantigrade.learn.environment:WalkEnv",
             vector_entry_point="plantigrade.learn.environment:Walks",
         )
 

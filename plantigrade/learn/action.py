@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.learn.reference import ReferenceState
+from plantigrade.learn.reference import ReferenceInstant
 from plantigrade.models import Human
 from plantigrade.world.world_model import FOOT_PREFIXES
 
@@ -116,7 +116,7 @@ class Action:
         return self.gains_of(action)[0][:, self._variable[first]]
 
     def targets(
-        self, action: Float[Array, "n k"], reference: ReferenceState
+        self, action: Float[Array, "n k"], reference: ReferenceInstant
     ) -> Float[Array, "n n_hinges"]:
         """Return the target postures at the end of the control step [rad]."""
         target = reference.qpos[:, 7:].copy()

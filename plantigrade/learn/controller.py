@@ -13,7 +13,7 @@ from plantigrade.learn.batch_state import BatchState
 from plantigrade.learn.onnx_policy import OnnxPolicy, is_onnx
 from plantigrade.learn.policy import Policy
 from plantigrade.learn.policy_interface import PolicyInterface
-from plantigrade.learn.reference import Reference, ReferenceState
+from plantigrade.learn.reference import ReferenceInstant, ReferenceMotion
 from plantigrade.learn.rules import Rules
 from plantigrade.motion import Motion
 from plantigrade.record import Record
@@ -29,7 +29,7 @@ PolicyFunction = Callable[[Float[np.ndarray, "n size"]], Float[np.ndarray, "n k"
 class PolicyController(Controller):
     """Controls a person by a policy.
 
-    Observations and commands are those of :class:`~plantigrade.learn.Walk`. They use the state
+    Observations and commands are those of :class:`~plantigrade.learn.WalkEnv`. They use the state
     alone, so sensor noise and delay affect the policy as they affect other controllers.
 
     Args:
@@ -59,7 +59,9 @@ class PolicyController(Controller):
             self.rules = replace(policy.rules, **rules)
         else:
             self.rules = Rules(reference=reference, **rules)
-        self.reference = Reference.of(self.rules.reference if reference is None else reference)
+        self.reference = ReferenceMotion.of(
+            self.rules.reference if reference is None else reference
+        )
         human = self.reference.human
         self.passive = self.rules.passive
         self.rates = Rates(control=float(self.rules.control_rate), frames=self.frame_rate)
@@ -88,7 +90,7 @@ class PolicyController(Controller):
         qpos[:, 2] += frames.depth
         return Motion(time, qpos, frames.qvel.copy(), human.joint_names)
 
-    def _at(self, time: Float[Array, " n"]) -> ReferenceState:
+    def _at(self, time: Float[Array, " n"]) -> ReferenceInstant:
         """Return the reference at times after the start [s]."""
         return self.reference.at(time + self._begin)
 

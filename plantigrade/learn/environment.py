@@ -34,7 +34,7 @@ else:
     require("gymnasium.vector", "learn")
 
 
-class Walk(gymnasium.Env[np.ndarray, np.ndarray]):
+class WalkEnv(gymnasium.Env[np.ndarray, np.ndarray]):
     """A person who tracks a reference walk, at 30 decisions per second.
 
     Every episode begins at a random phase of the reference [DeepMimic]_. It is ``terminated`` when

@@ -10,7 +10,7 @@ import numpy as np
 from plantigrade.arrays import Float
 from plantigrade.errors import ParameterError
 from plantigrade.learn.action import Action
-from plantigrade.learn.reference import Reference
+from plantigrade.learn.reference import ReferenceMotion
 from plantigrade.models import Human
 from plantigrade.models.mirror import mirror_sign, mirrored_name
 
@@ -56,7 +56,7 @@ class Mirror:
         return action[:, self._action_index] * self._action_sign
 
 
-def asymmetry(reference: Reference) -> float:
+def asymmetry(reference: ReferenceMotion) -> float:
     """Return the RMS difference of joint angles between a stride and its mirror image [rad].
 
     The mirror image is half a stride later; the result is infinite for a motion without a stride.
@@ -72,7 +72,7 @@ def asymmetry(reference: Reference) -> float:
     return float(np.sqrt(np.mean((now[:, other] * sign - later) ** 2)))
 
 
-def check_symmetry(reference: Reference) -> None:
+def check_symmetry(reference: ReferenceMotion) -> None:
     """Check that the halves of a stride are mirror images."""
     found = asymmetry(reference)
     if found > MAX_ASYMMETRY:

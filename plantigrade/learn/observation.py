@@ -4,7 +4,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.learn.batch_state import BatchState
-from plantigrade.learn.reference import ReferenceState
+from plantigrade.learn.reference import ReferenceInstant
 from plantigrade.models import Human
 
 
@@ -34,7 +34,7 @@ class Observation:
         return self.size
 
     def of(
-        self, view: BatchState, reference: ReferenceState, phase: Float[Array, " n"]
+        self, view: BatchState, reference: ReferenceInstant, phase: Float[Array, " n"]
     ) -> Float[np.ndarray, "n size"]:
         """Return the observations, one row per world."""
         n, b, turn = len(phase), self.bodies, view.headings

@@ -9,13 +9,13 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
-from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.state import BodyState
 from plantigrade.learn.batch_state import BatchState
 from plantigrade.learn.landing import LandingWatch
 from plantigrade.learn.mirror import check_symmetry
 from plantigrade.learn.policy_interface import PolicyInterface
 from plantigrade.learn.randomisation import RandomTerrain
-from plantigrade.learn.reference import Reference
+from plantigrade.learn.reference import ReferenceMotion
 from plantigrade.learn.reward import LEAN_WEIGHTS, Reward, RewardWeights
 from plantigrade.learn.rules import Rules
 from plantigrade.world import StablePD, on_ground
@@ -44,7 +44,7 @@ class ParallelTracking:
 
     def __init__(self, rules: Rules, n: int = 1):
         lean = rules.form == "lean"
-        self.rules, self.reference = rules, Reference.of(rules.reference)
+        self.rules, self.reference = rules, ReferenceMotion.of(rules.reference)
         human = self.reference.human
         self.worlds = tuple(rules.world(human) for _ in range(n))
         if rules.mirrored:

@@ -24,7 +24,7 @@ from plantigrade.io.writing import write_bytes
 from plantigrade.learn.action import Gains
 from plantigrade.learn.parallel_tracking import ParallelTracking
 from plantigrade.learn.policy_interface import PolicyInterface
-from plantigrade.learn.reference import EXTRA_COLUMNS, Reference
+from plantigrade.learn.reference import EXTRA_COLUMNS, ReferenceMotion
 from plantigrade.learn.rules import Rules
 from plantigrade.models import Human
 from plantigrade.options import LEARNED
@@ -56,9 +56,9 @@ class Policy:
     about: Mapping[str, Any]
 
     @property
-    def reference(self) -> Reference:
+    def reference(self) -> ReferenceMotion:
         """Reference walk."""
-        assert isinstance(self.rules.reference, Reference)
+        assert isinstance(self.rules.reference, ReferenceMotion)
         return self.rules.reference
 
     @property
@@ -143,7 +143,7 @@ class Policy:
 
 def described_rules(
     path: str | Path, description: str, table: Callable[[int], np.ndarray]
-) -> tuple[Rules, Reference, dict[str, Any]]:
+) -> tuple[Rules, ReferenceMotion, dict[str, Any]]:
     """Return the rules of a policy, their reference, and the details of its training.
 
     Args:
@@ -162,7 +162,7 @@ def described_rules(
         human = Human.from_dict(about["human"])
         frames = np.asarray(table(human.model.nq + human.model.nv + EXTRA_COLUMNS), dtype=float)
         walk = (float(about["period"]), float(about["stride"]), bool(about["cyclic"]))
-        reference = Reference(human, *walk, frames)
+        reference = ReferenceMotion(human, *walk, frames)
         rules = Rules(reference=reference, base=Gains(**about["base"]), **about["rules"])
         trained = dict(about["about"])
     except (KeyError, TypeError, ValueError, RecursionError, ParameterError) as error:

@@ -8,7 +8,7 @@ from plantigrade.learn.action import PAPER_GAINS, Action, Gains
 from plantigrade.learn.batch_state import BatchState
 from plantigrade.learn.mirror import Mirror
 from plantigrade.learn.observation import Observation
-from plantigrade.learn.reference import ReferenceState
+from plantigrade.learn.reference import ReferenceInstant
 from plantigrade.learn.rules import Rules
 from plantigrade.models import Human
 
@@ -35,7 +35,7 @@ class PolicyInterface:
         self._mirror = Mirror(human, self.action) if rules.mirrored else None
 
     def observe(
-        self, view: BatchState, frame: ReferenceState, phase: Float[Array, " n"]
+        self, view: BatchState, frame: ReferenceInstant, phase: Float[Array, " n"]
     ) -> Float[np.ndarray, "n size"]:
         """Return the observations."""
         seen = self.observation.of(view, frame, phase)

@@ -25,7 +25,7 @@ EXTRA_COLUMNS = 3 + 3 * 4 + 1
 
 
 @dataclass(frozen=True, eq=False)
-class Reference:
+class ReferenceMotion:
     """A reference motion at any time, from a table of one stride or of a motion that ends.
 
     The walk starts at the origin and leads along x, on level ground at height zero.
@@ -45,14 +45,14 @@ class Reference:
     cyclic: bool
     table: Float[Array, "n_rows n_columns"]
 
-    def at(self, time: float | Float[Array, " n"]) -> "ReferenceState":
+    def at(self, time: float | Float[Array, " n"]) -> "ReferenceInstant":
         """Return the reference at times after its start [s]; after its end, the last row."""
         table, u = self.table, np.asarray(time) / self.period
         laps = np.floor(u) if self.cyclic else np.zeros_like(u)
         place = np.minimum(np.maximum(u - laps, 0.0), 1.0) * (len(table) - 1)
         i = np.minimum(place.astype(int), len(table) - 2)
         row = table[i] + (place - i)[..., None] * (table[i + 1] - table[i])
-        return ReferenceState(row, self.human.model.nq, self.human.model.nv, laps * self.stride)
+        return ReferenceInstant(row, self.human.model.nq, self.human.model.nv, laps * self.stride)
 
     def phase(self, time: float | Float[Array, " n"]) -> float | Float[Array, " n"]:
         """Return the phase of the stride or motion, from 0 to 1."""
@@ -60,7 +60,9 @@ class Reference:
         return u % 1.0 if self.cyclic else np.minimum(u, 1.0)
 
     @classmethod
-    def of(cls, source: "str | Path | Run | Record | Reference | None" = None) -> "Reference":
+    def of(
+        cls, source: "str | Path | Run | Record | ReferenceMotion | None" = None
+    ) -> "ReferenceMotion":
         """Return the reference of a run, its folder, or a record; of the textbook walk if absent.
 
         Raises:
@@ -68,7 +70,7 @@ class Reference:
                 is too short or has gaps.
             FileError: If the run does not exist.
         """
-        if isinstance(source, Reference):
+        if isinstance(source, ReferenceMotion):
             return source
         if source is None:
             return cls.textbook(Human.create(1.50, 48.5, joints="66"))
@@ -88,7 +90,7 @@ class Reference:
         return cls.of_motion(record.human, record.motion)
 
     @classmethod
-    def textbook(cls, human: Human, speed: float | None = None) -> "Reference":
+    def textbook(cls, human: Human, speed: float | None = None) -> "ReferenceMotion":
         """Return the published mean walk on a person.
 
         Args:
@@ -103,7 +105,7 @@ class Reference:
         return cls.of_motion(human, motion)
 
     @classmethod
-    def of_motion(cls, human: Human, motion: Motion) -> "Reference":
+    def of_motion(cls, human: Human, motion: Motion) -> "ReferenceMotion":
         """Return the most symmetric stride of a motion, or the whole motion if there is none.
 
         The stride is closed by :func:`~plantigrade.kinematics.stride.stride_of`.
@@ -116,7 +118,7 @@ class Reference:
         return cls(human, period, stride.length, stride.cyclic, _table(human, stride))
 
 
-class ReferenceState:
+class ReferenceInstant:
     """State of a reference at one or several instants.
 
     Attributes:

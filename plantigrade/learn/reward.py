@@ -41,7 +41,7 @@ from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.learn.batch_state import BatchState
 from plantigrade.learn.landing import Landing
 from plantigrade.learn.observation import first_axes
-from plantigrade.learn.reference import Reference, ReferenceState
+from plantigrade.learn.reference import ReferenceInstant, ReferenceMotion
 from plantigrade.world.world_model import FOOT_PREFIXES
 
 
@@ -100,7 +100,7 @@ LANDING_WEIGHTS = replace(LEAN_WEIGHTS, force=4.0, touchdown=1.0, load=1.0, sole
 class Reward:
     """Reward of tracking a reference."""
 
-    def __init__(self, reference: Reference, weights: RewardWeights):
+    def __init__(self, reference: ReferenceMotion, weights: RewardWeights):
         self._weights, human = weights, reference.human
         names = [human.body_names[b - 1] for b in human.model.jnt_bodyid[1:]]
         inner = [n.startswith(FOOT_PREFIXES) and not n.startswith("foot") for n in names]
@@ -112,7 +112,7 @@ class Reward:
     def of(
         self,
         view: BatchState,
-        reference: ReferenceState,
+        reference: ReferenceInstant,
         phase: Float[Array, " n"],
         landing: Landing | None = None,
     ) -> tuple[Float[Array, " n"], dict[str, Float[Array, " n"]]]:
@@ -163,7 +163,7 @@ def foot_inclination(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 2"]:
     return np.stack([first[..., 2], second[..., 2]], axis=-1)
 
 
-def _soles(reference: Reference) -> Float[Array, "n_rows 2 2"]:
+def _soles(reference: ReferenceMotion) -> Float[Array, "n_rows 2 2"]:
     """Return the inclination of the feet over the stride, in :data:`ROWS` rows."""
     human = reference.human
     data, feet = mujoco.MjData(human.model), [human.body(f"foot_{side}") for side in SIDES]
@@ -175,7 +175,7 @@ def _soles(reference: Reference) -> Float[Array, "n_rows 2 2"]:
     return found
 
 
-def load_shares(reference: Reference) -> Float[Array, " n_rows"]:
+def load_shares(reference: ReferenceMotion) -> Float[Array, " n_rows"]:
     """Return the share of the right foot in the load over the stride, in :data:`ROWS` rows.
 
     It changes evenly while both soles, or none, are down.

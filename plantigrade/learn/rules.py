@@ -13,7 +13,7 @@ from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.learn.action import Gains
 from plantigrade.learn.randomisation import RandomPushes, RandomTerrain
-from plantigrade.learn.reference import Reference
+from plantigrade.learn.reference import ReferenceMotion
 from plantigrade.learn.reward import RewardWeights
 from plantigrade.models import Human
 from plantigrade.options import shown
@@ -36,8 +36,8 @@ class Rules:
     Attributes:
         reference: Reference motion and person: a run (fitted, reproduced or synthesised), its
             folder, a :class:`~plantigrade.record.Record` or a
-            :class:`~plantigrade.learn.reference.Reference`. The published mean walk on a person of
-            66 coordinates if absent.
+            :class:`~plantigrade.learn.reference.ReferenceMotion`. The published mean walk on a
+            person of 66 coordinates if absent.
         form: ``"lean"``, with which walking was learned in a million steps: the joints of the body
             are displaced, the rates of the reference are fed forward, and the centre-of-mass error
             is observed; or ``"paper"``, state and action as printed in [Park2020]_.
@@ -63,7 +63,7 @@ class Rules:
         ParameterError: If a value is not allowed.
     """
 
-    reference: str | Path | Run | Record | Reference | None = None
+    reference: str | Path | Run | Record | ReferenceMotion | None = None
     form: str = "lean"
     gains: bool | None = None
     base: Gains | None = None

@@ -13,7 +13,7 @@ NEIGHBOURS = (2, 3, 4)  # frames before and after; a spike has two rotations
 
 
 @dataclass(frozen=True)
-class Jump:
+class AngleJump:
     """A sudden rotation of a joint."""
 
     joint: str  #: Name of the joint in the file
@@ -25,7 +25,7 @@ class Jump:
         return f"{self.joint} by {np.rad2deg(self.angle):.0f}° at {self.time:.2f} s"
 
 
-def jumps(skeleton: SkeletonMotion, joints: list[int]) -> list[Jump]:
+def jumps(skeleton: SkeletonMotion, joints: list[int]) -> list[AngleJump]:
     """Return sudden rotations of joints, largest first.
 
     They are relative rotations of the bones below and above a joint; full turns do not count.
@@ -42,7 +42,7 @@ def jumps(skeleton: SkeletonMotion, joints: list[int]) -> list[Jump]:
             usual[k:] = np.maximum(usual[k:], angle[:-k])
         for f in np.flatnonzero((angle > MIN_TURN) & (angle > MIN_RATIO * usual)):
             time = float(skeleton.time[f + 1])
-            found.append(Jump(skeleton.names[j], time, float(angle[f])))
+            found.append(AngleJump(skeleton.names[j], time, float(angle[f])))
     return sorted(found, key=lambda jump: -jump.angle)
 
 

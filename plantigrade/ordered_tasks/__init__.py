@@ -16,13 +16,17 @@ from plantigrade.lazy import lazy
 if TYPE_CHECKING:
     from plantigrade.ordered_tasks.gait import TASKS, GaitTasks, gait_order, gait_tasks
     from plantigrade.ordered_tasks.gait_reference import GaitReference, reference_of
-    from plantigrade.ordered_tasks.reproduced_gait import ReproducedGait, ReproduceSettings, rebuild
+    from plantigrade.ordered_tasks.reproduced_gait import (
+        ReproducedGait,
+        ReproducedGaitSettings,
+        rebuild,
+    )
 
 __all__ = [
     "TASKS",
     "GaitTasks",
     "GaitReference",
-    "ReproduceSettings",
+    "ReproducedGaitSettings",
     "ReproducedGait",
     "gait_order",
     "gait_tasks",

@@ -51,7 +51,7 @@ from scipy.interpolate import BPoly
 from scipy.linalg import solve_banded
 
 from plantigrade.arrays import Array, Float
-from plantigrade.dynamics.derivatives import Derivatives, continuous, differentiate
+from plantigrade.dynamics.derivatives import MotionDerivatives, continuous, differentiate
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.ordered_tasks.gait import GaitSettings, GaitTasks, gait_order, phase_ends
@@ -175,7 +175,7 @@ def curve_through(
     velocities: Float[Array, "n nv"],
     *,
     interval: float,
-) -> tuple[Float[Array, " n_samples"], Derivatives]:
+) -> tuple[Float[Array, " n_samples"], MotionDerivatives]:
     """Return sample times [s] and the curve with its derivatives at these times.
 
     Args:

@@ -36,7 +36,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.derivatives import continuous
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.ordered_tasks.gait_reference import GaitReference
 from plantigrade.ordered_tasks.phases import Phase
@@ -163,7 +163,7 @@ def rates_through(
         qpos[3:7] /= np.linalg.norm(qpos[3:7])
         return qpos
 
-    state = State(human, postures[0])
+    state = BodyState(human, postures[0])
     return np.array(
         [state.moved_to(at(t + h), state.qvel).difference(at(t - h)) / (2 * h) for t in time]
     )

@@ -17,7 +17,7 @@ from plantigrade.wbc.stepping import MotionSettings, OrderedMotion, move
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReproduceSettings:
+class ReproducedGaitSettings:
     """Settings of a reproduced gait, by component."""
 
     gait: GaitSettings = GaitSettings()  #: Gains of the tasks
@@ -93,7 +93,7 @@ def rebuild(
         ParameterError: If the division into phases is unknown.
         SolverError: If the first tick has no solution.
     """
-    tasks, s = tasks or GaitTasks(), ReproduceSettings()
+    tasks, s = tasks or GaitTasks(), ReproducedGaitSettings()
     if forces:
         support = gait_support(reference, s.support)
         reference, order = support.reference, forced_order(support, tasks, s.forced, s.gait)

@@ -20,7 +20,7 @@ from plantigrade.pages.animated_ground import stage
 from plantigrade.pages.animated_objects import object_layers, objects_at
 from plantigrade.pages.bone_layers import bone_layers, contact_dots, veil
 from plantigrade.pages.camera import Camera
-from plantigrade.pages.figure_layers import Figure, figure_layers, foot_layers
+from plantigrade.pages.figure_layers import BodyFigure, figure_layers, foot_layers
 from plantigrade.pages.outlines import force_arrow
 from plantigrade.pages.playback import FRAME_RATE, Playback, playback
 from plantigrade.pages.scene import check, poses, scene_model, side_forces, travel
@@ -116,7 +116,7 @@ def _refuse(foot: str, speed: float, height_px: int) -> None:
 class _Instants:
     """Everything that moves, at the drawn instants."""
 
-    figure: Figure
+    figure: BodyFigure
     skin: SkinFigure | None
     centre: Float[Array, "n 3"]
     com: Float[Array, "m 3"]  # of the whole motion, for the direction of travel
@@ -138,7 +138,7 @@ class _Instants:
             return None if values is None else interpolate(plays.time, source.motion.time, values)
 
         return cls(
-            Figure(model, positions, quats),
+            BodyFigure(model, positions, quats),
             None if solids else skin_of(record, positions, quats),
             plays.centre,
             com,

@@ -30,7 +30,7 @@ TINTS = {"r": (theme.RIGHT, "#5b9bc8"), "l": (theme.LEFT, "#e08a55"), None: ("#6
 
 
 @dataclass(frozen=True, eq=False)
-class Figure:
+class BodyFigure:
     """A body in motion."""
 
     model: mujoco.MjModel  #: The body and its ground
@@ -38,7 +38,7 @@ class Figure:
     quats: Float[Array, "n nbody 4"]  #: World rotation of each body, ``wxyz``
     pale: Collection[str] = ()  #: Bodies that are drawn paler
 
-    def frames(self, part: slice) -> "Figure":
+    def frames(self, part: slice) -> "BodyFigure":
         """Return some of its frames."""
         return replace(self, positions=self.positions[part], quats=self.quats[part])
 
@@ -67,7 +67,7 @@ class Figure:
 
 
 def figure_layers(
-    figure: Figure, shot: Shot, *, colour: str = ""
+    figure: BodyFigure, shot: Shot, *, colour: str = ""
 ) -> tuple[list[str], tuple[float, float, float, float]]:
     """Return the layers of a body, the far ones first, and their extent (left, top, right, bottom).
 
@@ -82,7 +82,7 @@ def figure_layers(
 
 
 def foot_layers(
-    figure: Figure,
+    figure: BodyFigure,
     side: str,
     shot: Shot,
 ) -> tuple[list[str], int]:

@@ -17,7 +17,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.pages.animated_objects import object_layers
 from plantigrade.pages.camera import Camera
-from plantigrade.pages.figure_layers import Figure, figure_layers
+from plantigrade.pages.figure_layers import BodyFigure, figure_layers
 from plantigrade.pages.outlines import force_arrow, outlines
 from plantigrade.pages.scene import height_below, poses, travel
 from plantigrade.pages.shapes import hexadecimal, shapes_of
@@ -290,7 +290,7 @@ class _Drawing:
         """Return the pictures of the body; of one colour if given."""
         positions, quats, _ = poses(self.model, qpos)
         skin = self.human and SkinFigure.of(self.human, positions, quats, self.pale)
-        figure = Figure(self.model, positions, quats, self.pale)
+        figure = BodyFigure(self.model, positions, quats, self.pale)
         found = []
         for i in range(len(positions)):
             one, prefix = slice(i, i + 1), f"b{i}" + ("g" if colour else "_")

@@ -25,7 +25,8 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.robots.robot import Robot, part_contacts
 from plantigrade.robots.targets import FLAT, HEEL, SWING, Targets
-from plantigrade.wbc.hierarchy import Level, solve_hierarchy
+from plantigrade.wbc.hierarchy import solve_hierarchy
+from plantigrade.wbc.level import Level
 from plantigrade.wbc.tasks.point import rotation_to
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from plantigrade.lazy import lazy
 from plantigrade.vaulting.approach import Approach
-from plantigrade.vaulting.table import Table
+from plantigrade.vaulting.table import VaultingTable
 
 if TYPE_CHECKING:
     from plantigrade.vaulting.approach_sensitivity import sensitivity
@@ -20,7 +20,7 @@ __all__ = [
     "Approach",
     "Search",
     "Segments",
-    "Table",
+    "VaultingTable",
     "Vault",
     "VaultResult",
     "search_activations",

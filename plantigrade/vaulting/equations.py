@@ -23,7 +23,7 @@ from plantigrade.vaulting.joint_torques import (
     strengths,
 )
 from plantigrade.vaulting.segments import JOINT_NAMES, Segments
-from plantigrade.vaulting.table import Table
+from plantigrade.vaulting.table import VaultingTable
 
 N_JOINTS = len(JOINT_NAMES)
 EXTRAS = ("force_x", "force_z", "com_vx", "com_vz", "hand_x", "hand_z", "use")
@@ -36,7 +36,7 @@ class Equations:
     """The equations of one gymnast on one table, as CasADi functions."""
 
     segments: Segments
-    table: Table
+    table: VaultingTable
 
     @property
     def n(self) -> int:

@@ -11,7 +11,7 @@ from plantigrade.vaulting.approach import Approach
 from plantigrade.vaulting.compiled_steps import Stepper
 from plantigrade.vaulting.equations import EXTRAS, N_JOINTS, Equations
 from plantigrade.vaulting.segments import JOINT_NAMES, Segments
-from plantigrade.vaulting.table import Table
+from plantigrade.vaulting.table import VaultingTable
 
 MAX_CONTACT_TIME = 0.4
 """Maximum duration of hand contact [s]; longer contacts count as no take-off. Chosen."""
@@ -56,7 +56,7 @@ class Vault:
     """
 
     segments: Segments
-    table: Table
+    table: VaultingTable
     approach: Approach
     step: float = TIME_STEP
 

@@ -24,7 +24,7 @@ from plantigrade.bounds import Bounded
 
 
 @dataclass(frozen=True, kw_only=True)
-class Table(Bounded):
+class VaultingTable(Bounded):
     """A vaulting table.
 
     Raises:

@@ -13,8 +13,9 @@ forces: :func:`move`.
 
 from plantigrade.wbc import tasks
 from plantigrade.wbc.forces import Footing
-from plantigrade.wbc.hierarchy import Level, solve_hierarchy
+from plantigrade.wbc.hierarchy import solve_hierarchy
 from plantigrade.wbc.joint_limits import JointLimits
+from plantigrade.wbc.level import Level
 from plantigrade.wbc.order import TaskOrder
 from plantigrade.wbc.rows import PointRows, Rows
 from plantigrade.wbc.stepping import OrderedMotion, move

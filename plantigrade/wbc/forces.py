@@ -37,8 +37,8 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import FRICTION, GRAVITY, SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import SitePoints
-from plantigrade.kinematics.state import State
-from plantigrade.wbc.hierarchy import Level
+from plantigrade.kinematics.state import BodyState
+from plantigrade.wbc.level import Level
 from plantigrade.wbc.order import TaskOrder, stacked
 from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks import ComTask, ContactTask
@@ -113,7 +113,10 @@ class ReducedDynamics:
 
 
 def reduced_dynamics(
-    state: State, points: SitePoints, touching: np.ndarray, edges: Float[Array, "3 n_edges"]
+    state: BodyState,
+    points: SitePoints,
+    touching: np.ndarray,
+    edges: Float[Array, "3 n_edges"],
 ) -> ReducedDynamics:
     """Return the equations of motion at a state.
 
@@ -149,7 +152,7 @@ class ForceUnknowns:
 
     impacts = False  # forces let nothing jump
 
-    def __init__(self, state: State, order: TaskOrder, ground: Footing):
+    def __init__(self, state: BodyState, order: TaskOrder, ground: Footing):
         contact = next((t for t in order.tasks if isinstance(t, ContactTask)), None)
         if contact is None:
             raise ParameterError(
@@ -177,7 +180,7 @@ class ForceUnknowns:
         self.dynamics: ReducedDynamics
 
     def program(
-        self, state: State, time: float, rows: list[list[Rows]], desired, bounds
+        self, state: BodyState, time: float, rows: list[list[Rows]], desired, bounds
     ) -> dict[str, Any]:
         """Return the arguments of :func:`~plantigrade.wbc.hierarchy.solve_hierarchy`."""
         height = self.contact.points.height(state)
@@ -203,7 +206,7 @@ class ForceUnknowns:
             "metric": metric,
         }
 
-    def answer(self, state: State, x: Float[Array, " n"]) -> dict[str, Array]:
+    def answer(self, state: BodyState, x: Float[Array, " n"]) -> dict[str, Array]:
         """Return the acceleration of an answer, and its forces."""
         y = x.copy()
         share = y[self.dynamics.n_joints :]
@@ -219,7 +222,7 @@ class ForceUnknowns:
         tau = state.mass_matrix @ qacc + state.bias - self.dynamics.push @ share
         return {"qacc": qacc, "qfrc": tau, "contact_force": force, "contact_point": point}
 
-    def _wrenches(self, state: State, time: float) -> list[Level]:
+    def _wrenches(self, state: BodyState, time: float) -> list[Level]:
         """Return the rows of the desired wrench of each foot on the ground."""
         if self.wrench is None:
             return []

@@ -34,6 +34,7 @@ from scipy.linalg import get_lapack_funcs
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError, SolverError
+from plantigrade.wbc.level import Level, check_shapes, check_values
 
 geqrf, orgqr, gesdd, posv, trtrs = get_lapack_funcs(
     ("geqrf", "orgqr", "gesdd", "posv", "trtrs"), dtype=np.float64
@@ -48,37 +49,7 @@ INEQUALITY_TOLERANCE = 1e-9  # relative violation of an inequality that is none
 TOLERANCES = (1e-9, 1e-7)
 LEVEL_TOLERANCE = 1e-5  # violation of a level that is none
 MAX_EXCHANGES = 20  # of holding inequalities and letting them go, at most
-BOUNDS = "lower and upper bounds must be two vectors of one length, not crossed"
 MIN_INDEPENDENT_SHARE = 1e-6  # of a row, outside the span of the others
-
-
-@dataclass  # not frozen, which costs a microsecond each time, and a tick makes many
-class Level:
-    r"""Rows of one priority: :math:`l \le A x \le u`.
-
-    Attributes:
-        matrix: :math:`A`.
-        lower: :math:`l`; minus infinity where there is none.
-        upper: :math:`u`; infinity where there is none. Equal bounds make an equation.
-        name: Its name, for messages.
-    """
-
-    matrix: Float[Array, "n_rows n"]
-    lower: Float[Array, " n_rows"]
-    upper: Float[Array, " n_rows"]
-    name: str = ""
-
-    @classmethod
-    def equation(cls, matrix, right, name: str = "") -> "Level":
-        """Return the level of the equation ``matrix @ x == right``."""
-        return cls(matrix, right, right, name)
-
-    def residual(self, x: Float[Array, " n"]) -> Float[Array, " n_rows"]:
-        """Return by how much each row is violated at ``x``; signed, zero where it is satisfied."""
-        value = self.matrix @ x
-        if self.lower is self.upper:
-            return value - self.lower
-        return np.maximum(value - self.upper, 0.0) + np.minimum(value - self.lower, 0.0)
 
 
 @dataclass(frozen=True)
@@ -122,13 +93,13 @@ def solve_hierarchy(
         SolverError: If no answer was found.
     """
     n = len(lower)
-    _check_shapes(levels, lower, upper)
+    check_shapes(levels, lower, upper)
     preferred = np.zeros(n) if preferred is None else preferred
-    parts = [_split(level) for level in levels]
+    parts = [level.parts() for level in levels]
     try:
         reduced, x, held = _recursion([p[0] for p in parts], n, preferred, metric, singular)
     except np.linalg.LinAlgError:  # of values that are not finite
-        _check_values(levels, lower, upper)
+        check_values(levels, lower, upper)
         raise
     ranks = tuple(len(right) for _, right in reduced)
     inequalities = [p[1] for p in parts]
@@ -137,19 +108,9 @@ def solve_hierarchy(
         return HierarchySolution(x, levels, ranks, True, 0)
     found = _holding(x, held, bounds) if metric is None else None
     if found is None:
-        _check_values(levels, lower, upper)  # nothing satisfies a bound that is no number
+        check_values(levels, lower, upper)  # nothing satisfies a bound that is no number
         found = _active_set(reduced, inequalities, lower, upper, preferred, metric)
     return HierarchySolution(found[0], levels, ranks, False, found[1])
-
-
-def _split(level: Level):
-    """Return equations of a level (matrix, right) and inequalities (matrix, low, high) or None."""
-    matrix, low, high = level.matrix, level.lower, level.upper
-    if low is high:
-        return (matrix, low), None
-    equal = low == high
-    rest = ~equal
-    return (matrix[equal], low[equal]), (matrix[rest], low[rest], high[rest])
 
 
 def _recursion(equations, n, preferred, metric, singular):
@@ -369,34 +330,3 @@ def _before(one: np.ndarray, other: np.ndarray) -> bool:
     """Return whether the first level in which two answers differ is missed by less in ``one``."""
     apart = np.flatnonzero(np.abs(one - other) > LEVEL_TOLERANCE * np.maximum(1.0, other))
     return bool(len(apart) and one[apart[0]] < other[apart[0]])
-
-
-def _check_shapes(levels, lower, upper) -> None:
-    n = len(lower)
-    if lower.shape != (n,) or upper.shape != (n,):
-        raise ParameterError(BOUNDS)
-    for k, level in enumerate(levels):
-        m = len(level.lower)
-        if level.matrix.shape != (m, n) or level.upper.shape != (m,):
-            raise ParameterError(
-                f"{level.name or f'level {k}'} has a matrix of shape {level.matrix.shape} and "
-                f"bounds of shapes {level.lower.shape} and {level.upper.shape}; {n} unknowns need "
-                f"(rows, {n}), (rows,) and (rows,)"
-            )
-
-
-def _check_values(levels, lower, upper) -> None:
-    if not (lower <= upper).all():
-        raise ParameterError(BOUNDS)
-    for k, level in enumerate(levels):
-        what = level.name or f"level {k}"
-        equation = level.lower is level.upper
-        finite = isfinite(level.matrix.sum())  # the fastest test of all entries
-        if equation:
-            finite &= isfinite(level.lower.sum())
-        else:
-            finite &= not (np.isnan(level.lower).any() or np.isnan(level.upper).any())
-        if not finite:
-            raise ParameterError(f"{what} holds a value that is not finite")
-        if not equation and (level.lower > level.upper).any():
-            raise ParameterError(f"{what} has a lower bound above its upper one")

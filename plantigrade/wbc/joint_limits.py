@@ -16,7 +16,7 @@ from math import inf
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 
 
@@ -60,7 +60,7 @@ class JointLimits:
         self._by_q = np.array([[rate**2], [0.0], [rate**2], [0.0]])
         self._by_v = np.array([[2 * rate], [1 / step], [2 * rate], [1 / step]])
 
-    def bounds(self, state: State) -> tuple[Float[Array, " nv"], Float[Array, " nv"]]:
+    def bounds(self, state: BodyState) -> tuple[Float[Array, " nv"], Float[Array, " nv"]]:
         """Return the lower and upper bounds at a state; never crossed."""
         q, v, most = state.qpos[7:], state.qvel[6:], self.acceleration
         lines = self._lines - self._by_q * q - self._by_v * v

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
-from plantigrade.wbc.hierarchy import Level
+from plantigrade.wbc.level import Level
 from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks import Task
 
@@ -76,11 +76,11 @@ class TaskOrder:
         docs = ((type(task).__doc__ or "").strip() for _, task in self.numbered)
         return [doc.split("\n")[0].replace("`", "") for doc in docs]
 
-    def rows(self, state: State, time: float) -> list[list[Rows]]:
+    def rows(self, state: BodyState, time: float) -> list[list[Rows]]:
         """Return the rows of each task of each level."""
         return [[task.rows(state, time) for task in level] for level in self.levels]
 
-    def preferred(self, state: State, time: float) -> Float[Array, " nv"]:
+    def preferred(self, state: BodyState, time: float) -> Float[Array, " nv"]:
         """Return the generalised acceleration that is preferred where the levels leave freedom."""
         if self.posture is None:
             return -self.settings.rest_damping * state.qvel

@@ -10,7 +10,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.rigid_points import RigidPoints
-from plantigrade.wbc.hierarchy import Level
+from plantigrade.wbc.level import Level
 
 
 @runtime_checkable

@@ -36,7 +36,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import SolverError
-from plantigrade.kinematics.state import State, integrate
+from plantigrade.kinematics.state import BodyState, integrate
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 from plantigrade.record import Record
@@ -148,11 +148,11 @@ class AccelerationUnknowns:
     impacts = True  # velocities jump where a contact begins
     sites: tuple[ContactSite, ...] = ()
 
-    def __init__(self, state: State, order: TaskOrder):
+    def __init__(self, state: BodyState, order: TaskOrder):
         self.ready = order.readiness(state.human) if order.spared else None
 
     def program(
-        self, state: State, time: float, rows: list[list[Rows]], desired, bounds
+        self, state: BodyState, time: float, rows: list[list[Rows]], desired, bounds
     ) -> dict[str, Any]:
         """Return the arguments of :func:`~plantigrade.wbc.hierarchy.solve_hierarchy`."""
         (low, high), ready = bounds, self.ready
@@ -162,14 +162,14 @@ class AccelerationUnknowns:
             low, high, desired = low / ready, high / ready, desired / ready
         return {"levels": levels, "lower": low, "upper": high, "preferred": desired}
 
-    def answer(self, state: State, x: Float[Array, " n"]) -> dict[str, Array]:
+    def answer(self, state: BodyState, x: Float[Array, " n"]) -> dict[str, Array]:
         """Return the acceleration of an answer."""
         return {"qacc": x if self.ready is None else self.ready * x}
 
 
 def _begun(
-    state: State, order: TaskOrder, impacts: bool, now: float, settings: MotionSettings
-) -> State:
+    state: BodyState, order: TaskOrder, impacts: bool, now: float, settings: MotionSettings
+) -> BodyState:
     """Return the state in which tasks have begun; where contacts begin, after their impact."""
     begins = [task.begin(state, now) for task in order.tasks]
     if not (any(begins) and impacts):
@@ -178,7 +178,7 @@ def _begun(
 
 
 def _tick(
-    state: State,
+    state: BodyState,
     order: TaskOrder,
     unknowns: ForceUnknowns | AccelerationUnknowns,
     limits: JointLimits,
@@ -242,7 +242,7 @@ def move(
         ParameterError: If the motion needs forces and the order has no contact task.
         SolverError: If the first tick has no solution.
     """
-    state, settings = State(human, qpos, qvel), settings or MotionSettings()
+    state, settings = BodyState(human, qpos, qvel), settings or MotionSettings()
     step = settings.step
     limits = limits or JointLimits(human, step)
     unknowns = ForceUnknowns(state, order, ground) if ground else AccelerationUnknowns(state, order)
@@ -271,8 +271,8 @@ def move(
 
 
 def first_state(
-    state: State, order: TaskOrder, time: float, settings: MotionSettings | None = None
-) -> State:
+    state: BodyState, order: TaskOrder, time: float, settings: MotionSettings | None = None
+) -> BodyState:
     """Return the initial state of a motion, lifted out of the ground.
 
     A recorded posture has its feet some millimetres in the ground; a motion must not begin with a
@@ -302,7 +302,7 @@ def first_state(
 
 
 def velocity_after_impact(
-    state: State, order: TaskOrder, time: float, settings: MotionSettings | None = None
+    state: BodyState, order: TaskOrder, time: float, settings: MotionSettings | None = None
 ) -> Float[Array, " nv"]:
     r"""Return the velocity right after contacts have begun: an inelastic impact.
 

@@ -22,7 +22,7 @@ from plantigrade.record.batch import BatchFolder, Row
 from plantigrade.record.jobs import Done, Workers
 from plantigrade.record.metrics import METRICS
 from plantigrade.record.provenance import sha256_of
-from plantigrade.workflows.batch_items import BatchPace, Group, Item, ItemResult
+from plantigrade.workflows.batch_items import BatchPace, Item, ItemGroup, ItemResult
 from plantigrade.workflows.batch_work import Keep, Kept, Made, Work, made, unpack
 
 ITEMS_AHEAD = 32
@@ -49,7 +49,7 @@ class Plan:
     kind: BatchKind  #: Words and columns of its page
     work: Work  #: Computes the run of an item
     #: Returns the groups; it may use the workers to find them
-    groups: Callable[[Workers], Iterable[Group]]
+    groups: Callable[[Workers], Iterable[ItemGroup]]
     names: Sequence[str]  #: Names of the items
     spec: Mapping[str, Any]  #: Settings, method and variation; equal for equal batches
     begin: Begin | None = None  #: Computes the starting point of a group
@@ -203,7 +203,7 @@ class Batch(Iterable[ItemResult]):
                 yield from self._round(groups, workers, pace)
         self._end(pace)
 
-    def _left(self, pace: "BatchPace") -> Iterator[Group]:
+    def _left(self, pace: "BatchPace") -> Iterator[ItemGroup]:
         """Yield the items of each group that are still to be computed; count the others."""
         before = {} if self._store is None else self._store.before
         of_file = {file: name for name, (file, _) in before.items() if file}
@@ -229,7 +229,7 @@ class Batch(Iterable[ItemResult]):
         return all((self.folder / name / file).is_file() for file in (METRICS, last))
 
     def _round(
-        self, groups: Sequence[Group], workers: Workers, pace: "BatchPace"
+        self, groups: Sequence[ItemGroup], workers: Workers, pace: "BatchPace"
     ) -> Iterator[ItemResult]:
         begun: dict[int, Done] = {}
         if self._plan.begin is not None:
@@ -324,9 +324,9 @@ def _failed(result: ItemResult) -> bool:
     return bool(result.problem) and not result.left_out
 
 
-def _rounds(groups: Iterable[Group], count: int) -> Iterator[list[Group]]:
+def _rounds(groups: Iterable[ItemGroup], count: int) -> Iterator[list[ItemGroup]]:
     """Yield groups together until they have so many items."""
-    held: list[Group] = []
+    held: list[ItemGroup] = []
     for group in groups:
         held.append(group)
         if sum(len(each.items) for each in held) >= count:

@@ -33,7 +33,7 @@ class Item:
 
 
 @dataclass(frozen=True)
-class Group:
+class ItemGroup:
     """Items that start from the same: trials of one subject, simulations of one recording."""
 
     items: tuple[Item, ...]  #: The items

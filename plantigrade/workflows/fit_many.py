@@ -21,7 +21,7 @@ from plantigrade.record.jobs import Workers
 from plantigrade.record.provenance import sha256_of
 from plantigrade.signatures import takes
 from plantigrade.workflows.batch import Batch, BatchSettings, Plan
-from plantigrade.workflows.batch_items import Group, Item, content_key
+from plantigrade.workflows.batch_items import Item, ItemGroup, content_key
 from plantigrade.workflows.fit import run_fit
 from plantigrade.workflows.one_subject import by_subject, share
 from plantigrade.workflows.settings import FitSettings, Settings
@@ -165,20 +165,20 @@ class _Recordings:
         )
 
 
-def _one_group(every: _Recordings, shared: Shared | None, _: Workers) -> Iterator[Group]:
-    yield Group(every.items(range(len(every.names))), start=(shared, ""))
+def _one_group(every: _Recordings, shared: Shared | None, _: Workers) -> Iterator[ItemGroup]:
+    yield ItemGroup(every.items(range(len(every.names))), start=(shared, ""))
 
 
 def _groups(
     every: _Recordings,
     grouped: Callable[[Workers], Iterable[tuple[int, ...]]] | None,
     workers: Workers,
-) -> Iterator[Group]:
+) -> Iterator[ItemGroup]:
     """Yield the recordings of each subject together."""
     alone = ((i,) for i in range(len(every.names)))
     for indices in alone if grouped is None else grouped(workers):
         items = every.items(indices)
-        yield Group(items, [item.what for item in items] if len(items) > 1 else None)
+        yield ItemGroup(items, [item.what for item in items] if len(items) > 1 else None)
 
 
 def _by_subject(files: Sequence[Path], workers: Workers) -> Iterator[tuple[int, ...]]:

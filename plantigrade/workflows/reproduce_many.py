@@ -20,7 +20,7 @@ from plantigrade.record.jobs import Workers
 from plantigrade.record.provenance import source_files
 from plantigrade.signatures import takes
 from plantigrade.workflows.batch import Batch, BatchSettings, Concluded, Plan
-from plantigrade.workflows.batch_items import Group, Item, content_key
+from plantigrade.workflows.batch_items import Item, ItemGroup, content_key
 from plantigrade.workflows.fit_many import contents, recordings, settings_key
 from plantigrade.workflows.reproduce import run_reproduction
 from plantigrade.workflows.settings import ReproduceSettings
@@ -82,12 +82,12 @@ def _reproduced(settings: ReproduceSettings, command: str, path: Path, _: None) 
     return run_reproduction(path, settings, command=command)
 
 
-def _groups(given: Inputs, settings: ReproduceSettings, _: Workers) -> Iterator[Group]:
+def _groups(given: Inputs, settings: ReproduceSettings, _: Workers) -> Iterator[ItemGroup]:
     decided = settings_key(settings)
     for i, (name, path) in enumerate(zip(names_of(given.files), given.files, strict=True)):
         place = path.absolute()
         key = content_key("reproduce", decided, contents(place, settings))
-        yield Group((Item(name, i, key, place, place, named=path in given.named),))
+        yield ItemGroup((Item(name, i, key, place, place, named=path in given.named),))
 
 
 def _study(

@@ -23,7 +23,7 @@ from plantigrade.options import (
 from plantigrade.trajopt.tasks.impairments import Impairments
 from plantigrade.trajopt.tasks.settings import Basis
 from plantigrade.vaulting.approach import Approach
-from plantigrade.vaulting.table import Table
+from plantigrade.vaulting.table import VaultingTable
 
 if TYPE_CHECKING:
     from plantigrade.models.human import Human
@@ -302,7 +302,7 @@ class TrackSettings(RecordingSettings):
 
 
 @dataclass(frozen=True, kw_only=True)
-class VaultSettings(Table, Approach, Settings):
+class VaultSettings(VaultingTable, Approach, Settings):
     """Gymnast, approach, table and search of a vault.
 
     Raises:

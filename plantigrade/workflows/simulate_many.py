@@ -16,7 +16,7 @@ from plantigrade.record.metrics import METRICS
 from plantigrade.record.run import MODEL, MOTION
 from plantigrade.signatures import takes
 from plantigrade.workflows.batch import Batch, BatchSettings, Plan
-from plantigrade.workflows.batch_items import Group, Item, content_key
+from plantigrade.workflows.batch_items import Item, ItemGroup, content_key
 from plantigrade.workflows.fit import run_fit
 from plantigrade.workflows.fit_many import contents, contents_of, settings_key
 from plantigrade.workflows.settings import FitSettings, RecordingSettings
@@ -190,7 +190,7 @@ def _groups(
     made: Sequence[Variant],
     disturbances: Sequence[Disturbance],
     _: Workers,
-) -> Iterator[Group]:
+) -> Iterator[ItemGroup]:
     """Yield the simulations of each source together."""
     acting = [repr(each) for each in disturbances]
     for i, source in enumerate(sources):
@@ -216,9 +216,9 @@ def _groups(
                 )
             )
         if once:
-            yield Group(tuple(items), begin=(source, _fit_name(named[i])))
+            yield ItemGroup(tuple(items), begin=(source, _fit_name(named[i])))
         else:
-            yield Group(tuple(items), start=source)
+            yield ItemGroup(tuple(items), start=source)
 
 
 def _content(source: Source, settings: SimulateSettings) -> Any:

@@ -9,7 +9,7 @@ from plantigrade.control import Posture
 from plantigrade.control.choices import STANDING, settings_among
 from plantigrade.control.gait.reference import period_of
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.state import BodyState
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.simulation_start import Start
 from plantigrade.world import (

@@ -14,7 +14,7 @@ from plantigrade.record.inputs import names_of
 from plantigrade.record.jobs import Workers
 from plantigrade.signatures import takes
 from plantigrade.workflows.batch import Batch, BatchSettings, Plan
-from plantigrade.workflows.batch_items import Group, Item, content_key
+from plantigrade.workflows.batch_items import Item, ItemGroup, content_key
 from plantigrade.workflows.fit_many import contents_of
 from plantigrade.workflows.motions import RECORDING, SYNTHESIS_OPTIONS, run_synthesis
 from plantigrade.workflows.settings import TRACK
@@ -99,7 +99,7 @@ def _groups(
     names: Sequence[str],
     options: Mapping[str, Any],
     _: Workers,
-) -> Iterator[Group]:
+) -> Iterator[ItemGroup]:
     common = _key(options)
     for i, (word, each) in enumerate(itertools.product(words, every)):
         file = Path(word).absolute() if word.lower().endswith(".toml") else None
@@ -109,7 +109,7 @@ def _groups(
         key = content_key("synthesize", word if file is None else "", content, common, _key(each))
         task = word if file is None else str(file)
         shown = {name: value for name, value in plain(each).items() if name != RECORDING.name}
-        yield Group((Item(names[i], i, key, (task, dict(each)), source, shown),))
+        yield ItemGroup((Item(names[i], i, key, (task, dict(each)), source, shown),))
 
 
 def _key(options: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from plantigrade.io.text import read_text
 from plantigrade.io.writing import csv_text, write_text
 from plantigrade.learn.mirror import MAX_ASYMMETRY, asymmetry
 from plantigrade.learn.policy import Policy, file_of
-from plantigrade.learn.reference import Reference
+from plantigrade.learn.reference import ReferenceMotion
 from plantigrade.learn.reward import LANDING_WEIGHTS
 from plantigrade.learn.rules import Rules
 from plantigrade.models import Human
@@ -153,17 +153,17 @@ def rules_of(source: Any, how: TrainSettings, step: Step = silent) -> Rules:
     )
 
 
-def _reference(source: Any, how: TrainSettings, step: Step) -> Reference:
+def _reference(source: Any, how: TrainSettings, step: Step) -> ReferenceMotion:
     if source is None:
         how.refuse(OF_RECORDINGS, "without a recording to fit; name one")
-        return Reference.textbook(Human.create(**{**PAPER_PERSON, **how.known}))
+        return ReferenceMotion.textbook(Human.create(**{**PAPER_PERSON, **how.known}))
     if not isinstance(source, Run):
         path = as_path(source, "what is followed")
         if not path.is_dir():
-            return Reference.of(fit_trial(path, how, step)[1].record())
+            return ReferenceMotion.of(fit_trial(path, how, step)[1].record())
     how.refuse_person()
     how.refuse(OF_RECORDINGS, "on a run; name the recording")
-    return Reference.of(source)
+    return ReferenceMotion.of(source)
 
 
 def _claim(places: list[Path], resume: bool, overwrite: bool) -> None:

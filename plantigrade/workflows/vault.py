@@ -17,7 +17,7 @@ from plantigrade.vaulting.approach_sensitivity import ApproachChange, ranking, s
 from plantigrade.vaulting.hand_contact import MAX_CONTACT_TIME, Vault
 from plantigrade.vaulting.search import OPTIMISERS, Search, SearchResult, search_activations
 from plantigrade.vaulting.segments import Segments
-from plantigrade.vaulting.table import Table
+from plantigrade.vaulting.table import VaultingTable
 from plantigrade.vaulting.vault_result import VaultResult, angular_difference
 from plantigrade.workflows.settings import VaultSettings
 from plantigrade.workflows.steps import Step, silent
@@ -117,8 +117,8 @@ def the_vault(how: VaultSettings) -> Vault:
     person = {"height": HEIGHT, "mass": MASS, **how.known, "joints": "42", "feet": "rigid"}
     approach = Approach(**{name: getattr(how, name) for name in APPROACH_FIELDS})
     elbow = float(approach.posture[2]) if how.five_segments else None
-    dimensions = {name: getattr(how, name) for name in Table.ranges}
-    return Vault(Segments(Human.create(**person), elbow), Table(**dimensions), approach)
+    dimensions = {name: getattr(how, name) for name in VaultingTable.ranges}
+    return Vault(Segments(Human.create(**person), elbow), VaultingTable(**dimensions), approach)
 
 
 def run_of(

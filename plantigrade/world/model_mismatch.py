@@ -9,8 +9,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
-from plantigrade.kinematics.state import PointSet
-from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record

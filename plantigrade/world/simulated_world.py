@@ -8,7 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite
-from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.record.signals import signal_of
 from plantigrade.world.actuators import Actuators

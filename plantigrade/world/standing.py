@@ -10,7 +10,7 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import GEOM_PREFIX, contact_sites
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import PointSet, State, integrate
+from plantigrade.kinematics.state import BodyState, PointSet, integrate
 from plantigrade.models import Human
 
 LEG_COORDINATES = ("hip_", "knee_angle", "ankle_angle", "subtalar_angle")
@@ -89,7 +89,7 @@ def fit_soles(human: Human, ground: Ground, qpos: Float[Array, " nq"]) -> Float[
     spheres = PointSet.of(human, sites)
     ankles = PointSet(human, [f"foot_{side}" for side in SIDES], np.zeros((2, 3)))
     radius = np.array([[s.radius] for s in sites])
-    first = State(human, flat)
+    first = BodyState(human, flat)
     state = first
     for _ in range(30):
         normal = ground.normal_at(state.position(spheres))
@@ -119,7 +119,7 @@ def fit_soles(human: Human, ground: Ground, qpos: Float[Array, " nq"]) -> Float[
         step[free] = np.linalg.lstsq(np.vstack([rows, regularisation]), values, rcond=None)[0]
         qpos = integrate(human.model, state.qpos, np.clip(step, -0.2, 0.2))
         qpos[7:] = np.clip(qpos[7:], *human.limits)
-        state = State(human, qpos)
+        state = BodyState(human, qpos)
     return on_ground(human, ground, np.array(state.qpos))
 
 
@@ -138,7 +138,7 @@ def at_placement(
 
 def _apart(human: Human, width: float) -> Float[Array, " nq"]:
     """Return quiet standing with a given distance between the ankles, soles level, feet forward."""
-    state = State(human, human.standing())
+    state = BodyState(human, human.standing())
     names = [f"foot_{side}" for side in SIDES]
     points = PointSet(human, names, np.zeros((2, 3)))
     places, turn = state.position(points).copy(), state.rotation(names[0])
@@ -152,7 +152,7 @@ def _apart(human: Human, width: float) -> Float[Array, " nq"]:
         rows = np.vstack([np.vstack(J)[:, free], 1e-4 * np.eye(len(free))])
         step = np.zeros(human.model.nv)
         step[free] = np.linalg.lstsq(rows, np.r_[np.concatenate(error), 0 * rows[12:, 0]])[0]
-        state = State(human, integrate(human.model, state.qpos, step))
+        state = BodyState(human, integrate(human.model, state.qpos, step))
     if not (np.linalg.norm(np.concatenate(error)) < 0.02 and 0.0 < width):
         raise ParameterError(f"the feet cannot stand level with the ankles {width:g} m apart")
     return np.array(state.qpos)

@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.world.simulated_world import SimulatedWorld
 

@@ -22,7 +22,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.models.mujoco_warnings import collected_warnings
 from plantigrade.record import Record

@@ -13,7 +13,7 @@ from plantigrade.control.pendulum.frame import HeadingFrame, ObservedState, Terr
 from plantigrade.control.pendulum.path import PathSettings, depths_of, path_of, speeds_of
 from plantigrade.control.pendulum.reference import ScaledReference
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.workflows.simulate import simulate
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import World
@@ -163,12 +163,12 @@ def test_a_walk_is_not_led_beyond_what_it_can(walk):
 
 def test_a_crouch_lowers_head_and_mass(walk):
     human, crouch = walk.human, Crouch.of(walk.human, CrouchSettings(max_depth_cm=25.0))
-    stands, bent = State(human, human.standing()), np.array(human.standing())
+    stands, bent = BodyState(human, human.standing()), np.array(human.standing())
     bent[7:] += crouch.angles
     low = stands.moved_to(bent)
     ankle = 0.5 * sum(low.origin(f"foot_{s}")[2] for s in "rl")  # the pelvis is where it was
     head = stands.origin("head")[2] - (low.origin("head")[2] - ankle)
-    head -= 0.5 * sum(State(human, human.standing()).origin(f"foot_{s}")[2] for s in "rl")
+    head -= 0.5 * sum(BodyState(human, human.standing()).origin(f"foot_{s}")[2] for s in "rl")
     assert head == pytest.approx(0.25, abs=0.08)
     paced = ScaledReference(reference_of(walk))
     before = paced.at(0.3).com[2]

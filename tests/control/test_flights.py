@@ -8,7 +8,7 @@ from plantigrade.control.balance import Balance, ScriptSettings, script_named, s
 from plantigrade.control.balance.flight import FlightClock, FlightSettings
 from plantigrade.control.balance.script_motion import com_height, through
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.world import World
 
@@ -30,7 +30,7 @@ def test_the_body_falls_freely_and_never_pulls_at_the_ground(jump):
     at_apex = jump.com[:, 2].max() - np.interp(begin, jump.time, jump.com[:, 2])
     assert at_apex == pytest.approx(fallen, abs=0.01)
     spin = [
-        State(HUMAN, q, v).angular_momentum
+        BodyState(HUMAN, q, v).angular_momentum
         for q, v in zip(jump.motion.qpos[::5], jump.motion.qvel[::5], strict=True)
     ]
     assert np.abs(spin).max() < 0.02 * HUMAN.mass

@@ -21,7 +21,7 @@ from plantigrade.control.pendulum.swing import SwingPath, detour_length, detours
 from plantigrade.control.pendulum.swing_clearance import with_clearance
 from plantigrade.control.pendulum.tasks import WalkingTasks
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record, Run

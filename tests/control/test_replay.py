@@ -8,7 +8,7 @@ import pytest
 
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.gait.clearance import clearance_of
-from plantigrade.control.gait.phase import GaitSettings, GaitState, Touchdown
+from plantigrade.control.gait.phase import GaitPhaseSettings, GaitState, Touchdown
 from plantigrade.control.gait.reference import STEP, before, period_of, reference_of
 from plantigrade.control.gait.tasks import desired_accelerations, leg_joints
 from plantigrade.control.replay import Replay, ReplaySettings
@@ -19,7 +19,7 @@ from plantigrade.control.replay.summary import (
     touchdown_figures,
 )
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.record import Record, Run
 from plantigrade.world import Push, World
 
@@ -251,7 +251,7 @@ def test_legs_bent_by_steps_are_slowed_and_not_led_to_the_motion(replay):
     ref, legs = replay.reference.at(0.2), leg_joints(replay.human)
     qpos = ref.q + 0.0
     qpos[7:] += 0.3
-    body, settings = State(replay.human, qpos, ref.v), replay.tasks.settings
+    body, settings = BodyState(replay.human, qpos, ref.v), replay.tasks.settings
     led = desired_accelerations(ref, 1.0, body, settings)
     slack = desired_accelerations(ref, 1.0, body, settings, legs)
     np.testing.assert_allclose(led[6:], ref.a[6:] - 30.0)
@@ -270,6 +270,6 @@ def test_an_instant_can_be_held_still(replay):
 
 
 def test_settings_reach_what_they_are_for(side_step, replay):
-    settings = ReplaySettings(gait=GaitSettings(joint_damping=0.024))
+    settings = ReplaySettings(gait=GaitPhaseSettings(joint_damping=0.024))
     doubled = Replay(side_step, settings=settings)
     np.testing.assert_allclose(doubled.damping, 2.0 * replay.damping)

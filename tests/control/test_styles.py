@@ -18,7 +18,7 @@ from plantigrade.control.pendulum.upper_body import (
     upper_hinges,
 )
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record
@@ -141,7 +141,7 @@ def test_an_upper_body_keeps_the_legs_and_lowers_the_mass_as_its_posture_does(wa
         np.testing.assert_array_equal(row.q[7:][~hinges], plain.q[7:][~hinges])
         np.testing.assert_allclose(row.q[7:][pose.hinges], pose.angles)
         assert (row.com[2] > plain.com[2]) == higher
-        body = State(human, np.array(plain.q))
+        body = BodyState(human, np.array(plain.q))
         posed = np.array(plain.q)
         posed[7:] = row.q[7:]
         assert (body.moved_to(posed).com[2] > body.com[2]) == higher

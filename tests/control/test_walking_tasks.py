@@ -5,7 +5,7 @@ import pytest
 
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.pendulum.tasks import WalkingTasks
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import tilt_to
 from plantigrade.wbc import Rows, Touching, WholeBody
@@ -16,7 +16,7 @@ TASKS = WalkingTasks(HUMAN, 0.9)
 
 def test_a_point_that_hangs_over_the_ground_bears_nothing():
     """A person bows; the heel or toe that bore most of it is 3 mm up."""
-    state = State(HUMAN, HUMAN.standing())
+    state = BodyState(HUMAN, HUMAN.standing())
     sites = [s for s in contact_sites(HUMAN) if s.side]
     points = PointSet.of(HUMAN, sites)
     low = state.position(points) - [[0.0, 0.0, s.radius] for s in sites]

@@ -15,7 +15,7 @@ from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control import passive
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import lowest
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.kinematics.transfer import leg_length, transferred
 from plantigrade.models import Human
@@ -157,7 +157,7 @@ def test_feet_on_longer_legs_do_not_cross_and_large_feet_do_not_throw_the_body_u
     inward = []  # of the right foot from its hip, along the pelvis
     for own in (record, long):
         bodies = [own.human.body(f"{b}_{s}") for b in ("foot", "femur") for s in SIDES]
-        places = [State(own.human, qpos).origins[bodies, :2] for qpos in own.motion.qpos[::10]]
+        places = [BodyState(own.human, qpos).origins[bodies, :2] for qpos in own.motion.qpos[::10]]
         inward.append([(x[0] - x[2]) @ (x[3] - x[2]) / np.linalg.norm(x[3] - x[2]) for x in places])
     np.testing.assert_allclose(inward[1], inward[0], atol=1e-3)
     soles = [lowest(r.human, r.motion.qpos) for r in (record, short)]

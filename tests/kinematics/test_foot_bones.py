@@ -23,7 +23,7 @@ from plantigrade.kinematics.ground_normal import hinge_angles, hinge_turn
 from plantigrade.kinematics.planting import plant_feet
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.sole_rests import ContactFrames, contact_metrics, find_rests
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.kinematics.textbook_recording import textbook_walk
 from tests.models.presets import person
 
@@ -148,7 +148,7 @@ def test_hinges_of_foot_and_ankle_are_found_again(angles, side):
         q[7 + BODY.hinge(f"{c}_{side}")] = a
     for c, a in zip(("heel_angle", "heel_inversion", "heel_adduction"), angles[0], strict=True):
         q[7 + BODY.hinge(f"{c}_{side}")] = a
-    state = State(BODY, q)
+    state = BodyState(BODY, q)
     shank, foot = state.rotation(f"tibia_{side}")[None], state.rotation(f"foot_{side}")[None]
     np.testing.assert_allclose(ankle_angles(BODY, side, shank, foot), angles, atol=1e-6)
     heel = foot[0].T @ state.rotation(f"heel_{side}")
@@ -164,7 +164,7 @@ def test_two_hinges_come_as_near_as_they_can():
 
     def off(angles):
         q[index] = angles
-        state = State(human, q)
+        state = BodyState(human, q)
         turned = state.rotation("tibia_r").T @ state.rotation("foot_r")
         return Rotation.from_matrix(target[0] @ turned.T).magnitude()
 

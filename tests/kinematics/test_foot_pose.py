@@ -17,7 +17,7 @@ from plantigrade.kinematics.foot_pose import (
     marks,
 )
 from plantigrade.kinematics.ground_normal import smallest_turn
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import BodyState, PointSet
 from tests.models.presets import person
 
 TOES = ("medial_phalanges", "lateral_phalanges")
@@ -108,7 +108,7 @@ def test_the_hinges_put_the_spheres_where_the_pose_says():
         found = pose(side, 0.10, TOES, Rotation.from_euler("z", 0.3).as_matrix(), ground)
         q = BODY.standing()
         q[[7 + BODY.hinge(c) for c in poser.coordinates]] = found.angles[0]
-        state, sites = State(BODY, q), [s for s in contact_sites(BODY) if s.side == side]
+        state, sites = BodyState(BODY, q), [s for s in contact_sites(BODY) if s.side == side]
         local = state.position(PointSet.of(BODY, sites)) - state.origin(f"foot_{side}")
         local = local @ state.rotation(f"foot_{side}")
         world = local @ found.rotation[0].T + [0, 0, 0.10 + found.shift[0]]

@@ -5,7 +5,7 @@ import pytest
 
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.leg_inverse import LegInverse
-from plantigrade.kinematics.state import State, sweep
+from plantigrade.kinematics.state import BodyState, sweep
 from plantigrade.models import Human
 
 
@@ -68,7 +68,7 @@ def test_a_foot_led_elsewhere_is_there_exactly(human):
 def test_a_foot_out_of_reach_is_pointed_to(human):
     qpos = human.standing()[None]
     here, turns = feet(human, qpos)
-    state = State(human, qpos[0])
+    state = BodyState(human, qpos[0])
     hips = np.array([state.origin(f"femur_{side}") for side in SIDES])
     ahead = np.array([0.6, 0.0, -0.8])
     asked = (hips + 1.4 * ahead)[None]

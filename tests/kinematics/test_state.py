@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import CoordinateNotFound, ParameterError
-from plantigrade.kinematics.state import MAX_ENGINE_POINTS, PointSet, State, sweep
+from plantigrade.kinematics.state import MAX_ENGINE_POINTS, BodyState, PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from tests.models.presets import PRESETS, person, random_state
@@ -30,19 +30,19 @@ def moved(human, q, v, h):
 
 def difference(human, q, v, value):
     """The rate of something along a velocity, by central differences."""
-    ahead = value(State(human, moved(human, q, v, STEP), v))
-    return (ahead - value(State(human, moved(human, q, v, -STEP), v))) / (2 * STEP)
+    ahead = value(BodyState(human, moved(human, q, v, STEP), v))
+    return (ahead - value(BodyState(human, moved(human, q, v, -STEP), v))) / (2 * STEP)
 
 
 def test_a_jacobian_is_the_same_for_few_and_many_points():
     human, rng = person(*PRESETS[0]), np.random.default_rng(3)
-    state = State(human, *random_state(human, rng))
+    state = BodyState(human, *random_state(human, rng))
     many = points_of(human, rng)
     one_by_one = [
         PointSet(human, [human.body_names[k]], many.local[k : k + 1]) for k in range(len(many))
     ]
     assert len(many) > MAX_ENGINE_POINTS
-    for ask in (State.jacobian, State.bias_acceleration):
+    for ask in (BodyState.jacobian, BodyState.bias_acceleration):
         alone = np.concatenate([ask(state, one) for one in one_by_one])
         np.testing.assert_allclose(ask(state, many), alone, atol=1e-11)
 
@@ -51,7 +51,7 @@ def test_a_jacobian_is_the_same_for_few_and_many_points():
 def test_jacobians_and_bias_accelerations_are_rates(preset):
     human, rng = person(*preset), np.random.default_rng(0)
     q, v = random_state(human, rng)
-    points, state = points_of(human, rng), State(human, q, v)
+    points, state = points_of(human, rng), BodyState(human, q, v)
     for k in range(human.model.nv):
         unit = np.eye(human.model.nv)[k]
         rate = difference(human, q, unit, lambda s: s.position(points))
@@ -76,7 +76,7 @@ def test_jacobians_and_bias_accelerations_are_rates(preset):
 def test_points_and_jacobians_are_the_engines():
     human, rng = person("66", "multi-segment"), np.random.default_rng(1)
     q, v = random_state(human, rng)
-    points, state = points_of(human, rng), State(human, q, v)
+    points, state = points_of(human, rng), BodyState(human, q, v)
     data = mujoco.MjData(human.model)
     data.qpos[:], data.qvel[:] = q, v
     mujoco.mj_forward(human.model, data)
@@ -92,7 +92,7 @@ def test_equation_of_motion_is_the_engines():
     human, rng = person("42", "two-segment"), np.random.default_rng(2)
     q, v = random_state(human, rng)
     a = rng.normal(size=human.model.nv)
-    state = State(human, q, v)
+    state = BodyState(human, q, v)
     data = mujoco.MjData(human.model)
     data.qpos[:], data.qvel[:], data.qacc[:] = q, v, a
     mujoco.mj_fwdPosition(human.model, data)
@@ -108,7 +108,7 @@ def test_equation_of_motion_is_the_engines():
 def test_the_centre_of_mass_carries_all_momentum():
     human, rng = person("43", "rigid"), np.random.default_rng(3)
     q, v = random_state(human, rng)
-    state = State(human, q, v)
+    state = BodyState(human, q, v)
     np.testing.assert_allclose(
         state.mass * (state.com_jacobian @ v), state.mass_matrix[:3] @ v, atol=1e-9
     )
@@ -119,7 +119,7 @@ def test_a_body_thrown_falls_as_its_centre_of_mass_does():
     """Nothing but its own weight acts: however it turns and folds, the centre falls freely."""
     human, rng = person("42", "two-segment"), np.random.default_rng(4)
     q, v = random_state(human, rng)
-    state = State(human, q, v)
+    state = BodyState(human, q, v)
     a = -np.linalg.solve(state.mass_matrix, state.bias)
     fall = state.com_jacobian @ a + state.com_bias_acceleration
     armature = human.model.dof_armature.max()  # a rotor's inertia belongs to no body
@@ -128,7 +128,7 @@ def test_a_body_thrown_falls_as_its_centre_of_mass_does():
 
 def test_integration_is_exact_where_acceleration_is_constant():
     human = person("42", "two-segment")
-    state = State(human, human.standing())
+    state = BodyState(human, human.standing())
     a = np.zeros(human.model.nv)
     a[0], a[6 + human.hinge("knee_angle_r")] = 2.0, 3.0
     start = state.qpos
@@ -143,10 +143,10 @@ def test_a_state_answers_alike_after_later_ones_were_evaluated():
     human, rng = person("42", "two-segment"), np.random.default_rng(5)
     points = points_of(human, rng)
     (q0, v0), (q1, v1) = random_state(human, rng), random_state(human, rng)
-    state = State(human, q0, v0)
+    state = BodyState(human, q0, v0)
     first = [state.com, state.rotation("head"), state.origins]
     later = state.moved_to(q1, v1)
-    fresh, alone = State(human, q1, v1), State(human, q0, v0)
+    fresh, alone = BodyState(human, q1, v1), BodyState(human, q0, v0)
     for ours, theirs in ((later, fresh), (state, alone), (later, fresh)):
         np.testing.assert_array_equal(ours.jacobian(points), theirs.jacobian(points))
         np.testing.assert_array_equal(
@@ -163,7 +163,7 @@ def test_a_state_answers_alike_after_later_ones_were_evaluated():
 def test_a_state_cannot_be_changed():
     human = person("42", "two-segment")
     given = human.standing()
-    state = State(human, given)
+    state = BodyState(human, given)
     given[2] = 5.0
     assert state.qpos[2] != 5.0
     with pytest.raises(ValueError, match="read-only"):
@@ -175,9 +175,14 @@ def test_a_state_cannot_be_changed():
 @pytest.mark.parametrize("n", [1, MAX_ENGINE_POINTS + 1])
 def test_what_a_state_keeps_cannot_be_changed(n):
     human = person(*PRESETS[0])
-    state = State(human, *random_state(human, np.random.default_rng(2)))
+    state = BodyState(human, *random_state(human, np.random.default_rng(2)))
     points = PointSet(human, list(human.body_names[:n]), np.zeros((n, 3)))
-    ask = (State.position, State.jacobian, State.velocity, State.bias_acceleration)
+    ask = (
+        BodyState.position,
+        BodyState.jacobian,
+        BodyState.velocity,
+        BodyState.bias_acceleration,
+    )
     kept = [asked(state, points) for asked in ask]
     kept += [state.mass_matrix, state.bias, state.com_velocity, state.angular_momentum]
     for array in kept:
@@ -194,7 +199,7 @@ def test_a_sweep_yields_the_states_of_a_motion():
     motion = Motion(0.1 * np.arange(4), qpos, qvel, human.joint_names)
     kept = list(sweep(human, motion))
     for state, bare, q, v in zip(kept, sweep(human, qpos), qpos, qvel, strict=True):
-        alone = State(human, q, v)
+        alone = BodyState(human, q, v)
         np.testing.assert_array_equal(state.velocity(points), alone.velocity(points))
         np.testing.assert_array_equal(bare.position(points), alone.position(points))
         assert not bare.qvel.any()
@@ -211,7 +216,7 @@ def test_inverse_dynamics_is_the_engines():
     a = rng.normal(size=model.nv)
     data.qpos[:], data.qvel[:], data.qacc[:] = q, v, a
     mujoco.mj_inverse(model, data)
-    state = State(human, q, v)
+    state = BodyState(human, q, v)
     np.testing.assert_allclose(state.inverse_dynamics(a), data.qfrc_inverse, atol=1e-9)
     force, torque, point = rng.normal(size=(3, 3))
     local = state.rotation("foot_r").T @ (point - state.origin("foot_r"))
@@ -231,7 +236,9 @@ def test_other_lengths_move_the_points_and_leave_the_person_alone():
     ours, direct = PointSet(human, body, local, resized), PointSet(longer, body, local)
     np.testing.assert_allclose(ours.path(q[None]), direct.path(q[None]), atol=1e-13)
     np.testing.assert_allclose(
-        State(human, q, model=resized).jacobian(ours), State(longer, q).jacobian(direct), atol=1e-13
+        BodyState(human, q, model=resized).jacobian(ours),
+        BodyState(longer, q).jacobian(direct),
+        atol=1e-13,
     )
 
 

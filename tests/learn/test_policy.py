@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import FileError, ParameterError
-from plantigrade.learn import Policy, PolicyController, Reference, Rules, Walk
+from plantigrade.learn import Policy, PolicyController, ReferenceMotion, Rules, WalkEnv
 from plantigrade.learn.batch_state import BatchState
 from plantigrade.learn.mirror import Mirror, asymmetry
 from plantigrade.learn.parallel_tracking import ParallelTracking
@@ -23,7 +23,7 @@ SMALL = Human.create(1.7, 65.0, "female", "42", "two-segment")
 
 @pytest.fixture(scope="module")
 def reference():
-    return Reference.textbook(SMALL)
+    return ReferenceMotion.textbook(SMALL)
 
 
 @pytest.fixture(scope="module")
@@ -198,11 +198,11 @@ def test_in_the_mirror_everything_is_on_the_other_side(reference):
 def test_only_an_even_stride_is_learned_in_the_mirror(reference):
     table = reference.table.copy()
     table[:, 7 + SMALL.hinge("knee_angle_r")] += 0.5
-    limp = Reference(SMALL, reference.period, reference.stride, True, table)
+    limp = ReferenceMotion(SMALL, reference.period, reference.stride, True, table)
     with pytest.raises(ParameterError, match="a symmetric stride"):
-        Walk(limp, mirrored=True)
+        WalkEnv(limp, mirrored=True)
     with pytest.raises(ParameterError, match="needs form='lean'"):
-        Walk(reference, mirrored=True, form="paper")
+        WalkEnv(reference, mirrored=True, form="paper")
 
 
 @pytest.mark.parametrize("passive", [False, True])
@@ -257,7 +257,7 @@ def test_what_was_learned_begins_a_policy_of_other_feet(policy, reference):
     back, *_ = transfer_policy(
         Policy(layers=layers, mean=mean, scale=scale, about={},
                rules=ParallelTracking(
-                   Rules(reference=Reference.textbook(other), gains=True)).resolved_rules),
+                   Rules(reference=ReferenceMotion.textbook(other), gains=True)).resolved_rules),
         SMALL, policy.rules,
     )  # fmt: skip
     toes = SMALL.body_names.index("toes_r")

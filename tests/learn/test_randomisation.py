@@ -6,7 +6,7 @@ import pytest
 
 from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
-from plantigrade.learn import Reference, Rules
+from plantigrade.learn import ReferenceMotion, Rules
 from plantigrade.learn.batch_state import BatchState
 from plantigrade.learn.landing import Landing, LandingWatch
 from plantigrade.learn.parallel_tracking import ParallelTracking
@@ -21,7 +21,7 @@ SMALL = Human.create(1.7, 65.0, "female", "42", "two-segment")
 
 @pytest.fixture(scope="module")
 def reference():
-    return Reference.textbook(SMALL)
+    return ReferenceMotion.textbook(SMALL)
 
 
 def test_every_episode_has_relief_of_its_own(reference):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import FileError, ParameterError
-from plantigrade.learn import Policy, Reference, Rules
+from plantigrade.learn import Policy, ReferenceMotion, Rules
 from plantigrade.models import Human
 
 pytest.importorskip("stable_baselines3", reason="training needs the extra: torch")
@@ -22,7 +22,7 @@ HOW = Hyperparameters(
 
 @pytest.fixture(scope="module")
 def rules():
-    return Rules(reference=Reference.textbook(SMALL), passive=True, mirrored=True)
+    return Rules(reference=ReferenceMotion.textbook(SMALL), passive=True, mirrored=True)
 
 
 def test_what_was_stopped_ends_in_the_same_policy(rules, tmp_path):

@@ -13,7 +13,7 @@ from gymnasium.utils.env_checker import check_env
 import plantigrade.learn as learn
 from plantigrade.contact.ground import Bump
 from plantigrade.errors import MissingExtra, ParameterError
-from plantigrade.learn import PAPER_GAINS, Reference, Walk, Walks
+from plantigrade.learn import PAPER_GAINS, ReferenceMotion, WalkEnv, Walks
 from plantigrade.learn.action import Action
 from plantigrade.learn.batch_state import BatchState
 from plantigrade.learn.reference import headings
@@ -27,20 +27,20 @@ SMALL = Human.create(1.7, 65.0, "female", "42", "two-segment")
 
 @pytest.fixture(scope="module")
 def reference():
-    return Reference.textbook(SMALL)
+    return ReferenceMotion.textbook(SMALL)
 
 
 @pytest.fixture(scope="module")
 def lean(reference):
-    return Walk(reference)
+    return WalkEnv(reference)
 
 
 @pytest.fixture(scope="module")
 def paper(reference):
-    return Walk(reference, form="paper")
+    return WalkEnv(reference, form="paper")
 
 
-def moved(env: Walk, steps: int, seed: int = 0, size: float = 0.2) -> list[np.ndarray]:
+def moved(env: WalkEnv, steps: int, seed: int = 0, size: float = 0.2) -> list[np.ndarray]:
     """Return what is seen under a random policy."""
     env.reset(seed=seed)
     env.action_space.seed(seed)
@@ -79,11 +79,11 @@ def standing(human: Human) -> Motion:
 def test_the_state_and_action_have_the_sizes_of_the_papers():
     """66 coordinates: 60 displacements, and gains of the five joints of each foot."""
     human = Human.create(1.50, 48.5, joints="66")
-    walk = Walk(Record(human, standing(human)), form="paper")
+    walk = WalkEnv(Record(human, standing(human)), form="paper")
     bodies = len(walk.tracking.reference.human.body_names)
     assert (len(walk.tracking.action.displaced), len(walk.tracking.action.joints)) == (60, 10)
     assert walk.observation_space.shape == (13 * bodies + 1,) and bodies == 21
-    slim = Walk(walk.tracking.reference, gains=True)
+    slim = WalkEnv(walk.tracking.reference, gains=True)
     assert (len(slim.tracking.action.displaced), len(slim.tracking.action.joints)) == (36, 10)
     assert slim.observation_space.shape == (15 * bodies + 9,)
 
@@ -110,7 +110,7 @@ def test_a_walk_on_a_belt_gets_the_way_of_the_belt(reference):
     qpos[:, 0] -= reference.stride / reference.period * time
     keep = time < reference.period + 1e-9
     belt = Motion(time, qpos, qvel, SMALL.joint_names)
-    found = Reference.of_motion(SMALL, belt.frames(keep))
+    found = ReferenceMotion.of_motion(SMALL, belt.frames(keep))
     speed = found.stride / found.period
     assert found.cyclic and speed == pytest.approx(reference.stride / reference.period, rel=0.06)
 
@@ -121,7 +121,7 @@ def test_what_is_no_walk_ends(reference):
     part = Motion(
         time, np.array([r.qpos for r in rows]), np.array([r.qvel for r in rows]), SMALL.joint_names
     )
-    env = Walk(Record(SMALL, part), start=0.8)
+    env = WalkEnv(Record(SMALL, part), start=0.8)
     assert not env.tracking.reference.cyclic
     env.reset(seed=0)
     ends = [env.step(np.zeros(len(env.tracking.action)))[2:4] for _ in range(3)]
@@ -185,11 +185,11 @@ def test_the_reward_is_one_on_the_reference_and_less_off_it(lean):
 
 
 def test_an_episode_ends_at_a_fall_at_its_length_and_where_it_diverges(reference):
-    env = Walk(reference, start=0.0, duration=0.1)
+    env = WalkEnv(reference, start=0.0, duration=0.1)
     env.reset(seed=0)
     still = np.zeros(len(env.tracking.action))
     assert [env.step(still)[2:4] for _ in range(3)] == [(False, False)] * 2 + [(False, True)]
-    tall = Walk(reference, start=0.0)
+    tall = WalkEnv(reference, start=0.0)
     tall.reset(seed=0)
     for _ in range(90):
         *_, terminated, truncated, info = tall.step(still)
@@ -204,7 +204,7 @@ def test_an_episode_ends_at_a_fall_at_its_length_and_where_it_diverges(reference
 
 
 def test_an_episode_can_be_looked_at_and_starts_on_rough_ground(reference):
-    env = Walk(reference, ground="bumps:3", recording=True, start=0.2)
+    env = WalkEnv(reference, ground="bumps:3", recording=True, start=0.2)
     env.reset(seed=0)
     env.step(np.zeros(len(env.tracking.action)))
     record = env.record()
@@ -229,14 +229,14 @@ def test_an_episode_can_be_looked_at_and_starts_on_rough_ground(reference):
 )
 def test_what_cannot_be_is_refused(reference, options, said):
     with pytest.raises(ParameterError, match=said):
-        Walk(reference, **options)
+        WalkEnv(reference, **options)
 
 
 @pytest.mark.wrong_types
 @pytest.mark.parametrize("reference", [3, {}, [1.0], SMALL])
 def test_what_is_no_reference_is_refused(reference):
     with pytest.raises(ParameterError, match="a reference must be a run, its folder or a record"):
-        Walk(reference)
+        WalkEnv(reference)
 
 
 @pytest.mark.parametrize("phase", [-0.1, 1.5, np.nan, "half"])
@@ -258,7 +258,7 @@ def test_many_are_what_each_is_alone(reference):
     envs = gymnasium.make_vec(learn.WALK, num_envs=3, reference=reference, duration=0.4)
     assert isinstance(envs.unwrapped, Walks) and envs.observation_space.shape == (3, 15 * 19 + 9)
     seen, infos = envs.reset(seed=5)
-    alone = [Walk(reference, duration=0.4) for _ in range(3)]
+    alone = [WalkEnv(reference, duration=0.4) for _ in range(3)]
     for env, phase in zip(alone, infos["phase"], strict=True):
         env.reset(seed=0, options={"phase": float(phase)})
     rng = np.random.default_rng(1)
@@ -285,7 +285,7 @@ def test_what_moves_with_gains_is_commanded_in_full(reference):
     """The short way for fixed gains is the long one; variable gains are those asked for."""
     seen = []
     for gains in (False, True):
-        env = Walk(reference, gains=gains, start=0.3)
+        env = WalkEnv(reference, gains=gains, start=0.3)
         env.reset(seed=0)
         action = np.zeros(len(env.tracking.action))
         action[3] = 0.4
@@ -297,16 +297,16 @@ def test_a_reference_is_walked_by_this_person_on_level_ground(reference):
     motion = standing(SMALL)
     record = Record(SMALL, motion)
     with pytest.raises(ParameterError, match="level ground"):
-        Reference.of(replace(record, ground=replace(record.ground, slope=0.1)))
+        ReferenceMotion.of(replace(record, ground=replace(record.ground, slope=0.1)))
     rough = replace(record.ground, bumps=(Bump((0.0, 0.0, -0.5), 0.52),))
     with pytest.raises(ParameterError, match="level ground"):
-        Reference.of(replace(record, ground=rough))
+        ReferenceMotion.of(replace(record, ground=rough))
     gap = motion.qpos.copy()
     gap[2, 9] = np.nan
     with pytest.raises(ParameterError, match="without gaps"):
-        Reference.of_motion(SMALL, replace(motion, qpos=gap))
+        ReferenceMotion.of_motion(SMALL, replace(motion, qpos=gap))
     with pytest.raises(ParameterError, match="of this person"):
-        Reference.of_motion(Human.create(joints="43"), motion)
+        ReferenceMotion.of_motion(Human.create(joints="43"), motion)
 
 
 def test_where_gymnasium_is_missing_the_extra_is_named(monkeypatch):

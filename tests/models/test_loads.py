@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 
 
@@ -13,7 +13,7 @@ def person(joints: str = "42") -> Human:
 
 
 def com(human: Human) -> np.ndarray:
-    return State(human, human.standing()).com
+    return BodyState(human, human.standing()).com
 
 
 @pytest.mark.parametrize("joints", ["42", "43", "58", "66"])

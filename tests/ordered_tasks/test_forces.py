@@ -11,7 +11,7 @@ from plantigrade.constants import FRICTION, SIDES
 from plantigrade.dynamics.centroid import centroid, without_constraints
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import State, sweep
+from plantigrade.kinematics.state import BodyState, sweep
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.ordered_tasks import GaitReference, ReproducedGait, rebuild, reference_of
@@ -233,7 +233,7 @@ def standing(com) -> OrderedMotion:
     contact = ContactTask(sole.points, lambda t: np.ones(len(sole.points), bool))
     pose = human.standing()
     still = TimedPosture(lambda t: (pose, t + 0.3), lambda t: np.zeros(human.model.nv))
-    order = TaskOrder([[contact], [ComTask(com(State(human, pose).com))]], still)
+    order = TaskOrder([[contact], [ComTask(com(BodyState(human, pose).com))]], still)
     return move(human, order, pose, stop=0.5, ground=Footing())
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.ordered_tasks import TASKS, GaitTasks, gait_order, gait_tasks
 from plantigrade.wbc import JointLimits, solve_hierarchy
 from plantigrade.wbc.order import stacked
@@ -75,7 +75,7 @@ def test_feet_stay_above_the_ground(tasks):
 
 def test_the_swing_heel_reaches_its_horizontal_path_within_0_3_s_after_toe_off(tasks):
     known, motion = reference(*BODY), rebuilt(tasks, *BODY)
-    state = State(known.human, motion.qpos[0])
+    state = BodyState(known.human, motion.qpos[0])
     for t, q, v in zip(motion.time, motion.qpos, motion.qvel, strict=True):
         for phase in known.phases:
             if phase.kind == "single" and phase.start + 0.3 < t < phase.stop:
@@ -137,7 +137,7 @@ def test_priorities_hold_through_the_walk(tasks):
     order = gait_order(known, TASKS[tasks])
     limits, state = (
         JointLimits(known.human, MotionSettings.step),
-        State(known.human, motion.qpos[0]),
+        BodyState(known.human, motion.qpos[0]),
     )
     strict = []
     for k, t in enumerate(motion.time.tolist()):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.kinematics.textbook_recording import textbook_walk
 from plantigrade.ordered_tasks import reference_of
 from tests.models.presets import person
@@ -14,7 +14,7 @@ from tests.ordered_tasks.walks import reference
 def test_paths_are_those_of_the_recorded_motion():
     known = reference()
     for t in known.motion.time[10:-10:17]:
-        state = State(known.human, known.at(float(t)), known.velocity_at(float(t)))
+        state = BodyState(known.human, known.at(float(t)), known.velocity_at(float(t)))
         com = known.com(float(t))
         np.testing.assert_allclose(com[0], state.com, atol=1e-6)
         np.testing.assert_allclose(com[1], state.com_jacobian @ state.qvel, atol=0.02)
@@ -79,7 +79,7 @@ def test_configurations_between_frames_are_configurations():
 def test_velocities_are_the_rates_of_configurations():
     known, h = reference(), 1e-3
     for t in np.linspace(known.start + 0.1, known.stop - 0.1, 9):
-        ahead = State(known.human, known.at(float(t + h)))
+        ahead = BodyState(known.human, known.at(float(t + h)))
         step = ahead.difference(known.at(float(t - h))) / (2 * h)
         assert np.sqrt(np.mean((known.velocity_at(float(t)) - step) ** 2)) < 0.2
 

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.integrate import quad
 from scipy.interpolate import BPoly
 
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.ordered_tasks.forces import curve_through, least_jerk_accelerations
 from tests.models.presets import person
 
@@ -23,7 +23,7 @@ def test_the_curve_passes_every_posture_at_its_velocity():
     for t, posture, velocity in zip(TIME, postures, velocities, strict=True):
         k = int(np.argmin(np.abs(time - t)))
         assert abs(time[k] - t) < 1e-9
-        there = State(human, curve.qpos[k])
+        there = BodyState(human, curve.qpos[k])
         np.testing.assert_allclose(there.difference(posture), 0.0, atol=1e-9)
         np.testing.assert_allclose(curve.qvel[k], velocity, atol=2e-2)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from plantigrade.contact.intervals import ContactInterval
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.ordered_tasks import TASKS, gait_order
 from plantigrade.ordered_tasks.gait import rates_through
 from plantigrade.ordered_tasks.schedule import ContactSchedule
@@ -47,7 +47,7 @@ def test_a_late_heel_is_guided_until_it_lands():
     time = strike.time + 1e-3
     high = known.at(time)
     high[2] += 0.05
-    state = State(known.human, high)
+    state = BodyState(known.human, high)
     contact.begin(state, time)
     assert len(schedule.swing(strike.side)(state, time)) == 0  # landed according to the schedule
     assert len(schedule.swing(strike.side, contact)(state, time)) == 2
@@ -60,8 +60,8 @@ def test_the_heel_of_a_flat_foot_is_not_guided_forwards():
     ends = [c.stop for c in known.held if c.side == contact.side and c.region == "toes"]
     last = min(stop for stop in ends if stop > contact.stop)
     directions = schedule.roll(contact.side)
-    flat = State(known.human, known.at(contact.start + 0.5 * (contact.stop - contact.start)))
-    steep = State(known.human, known.at(last - 0.01))
+    flat = BodyState(known.human, known.at(contact.start + 0.5 * (contact.stop - contact.start)))
+    steep = BodyState(known.human, known.at(last - 0.01))
     assert len(directions(flat, contact.stop + 1e-3)) == 0
     assert len(directions(steep, last - 0.01)) == 1
 
@@ -71,7 +71,7 @@ def test_feet_below_the_ground_are_raised_vertically():
     strike = next(e.time for e in known.events if e.kind == "heel_strike")
     qpos = known.at(strike)
     qpos[2] -= 0.02
-    sunk = State(known.human, qpos)
+    sunk = BodyState(known.human, qpos)
     order = gait_order(known, TASKS["default"])
     lifted = first_state(sunk, order, strike)
     for side in ("r", "l"):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plantigrade.contact.site import contact_sites
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.pages.contact_plate import (
@@ -94,7 +94,7 @@ def test_a_measured_force_is_drawn_where_it_acts_on_a_turned_foot(rolled):
     qpos = rolled.motion.qpos.copy()
     qpos[:, 0] += 1.0
     qpos[:, 7 + HUMAN.hinge("ankle_angle_r")] = 0.3
-    at = State(HUMAN, qpos[0]).position(
+    at = BodyState(HUMAN, qpos[0]).position(
         PointSet.of(HUMAN, [replace(plate, position=SITES[HEEL].position)])
     )
     n = len(qpos)

@@ -10,7 +10,7 @@ from plantigrade.batched import BatchedFunction
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.symbolic import SymbolicHuman
 from plantigrade.errors import ParameterError
-from plantigrade.trajopt.transcription.derivatives import Derivatives
+from plantigrade.trajopt.transcription.derivatives import NodeDerivatives
 from tests.models.presets import person
 
 
@@ -36,7 +36,7 @@ def some_state(function, n, seed=0):
 def leg(request):
     if request.param == "vectors" and BatchedFunction.unavailable():
         pytest.skip(BatchedFunction.unavailable())
-    return Derivatives(leg_rows(person("42", "two-segment")), backend=request.param)
+    return NodeDerivatives(leg_rows(person("42", "two-segment")), backend=request.param)
 
 
 def test_derivatives_agree_with_differences(leg):
@@ -110,16 +110,16 @@ def test_threads_do_not_share_arrays(leg):
 def test_a_small_function_is_interpreted_without_waiting(leg):
     symbols = [ca.SX.sym(n, 1) for n in ("q", "v", "a", "u", "p")]
     f = ca.Function("f", symbols, [0.3 * symbols[0] * symbols[3]])
-    assert Derivatives(f).backend == "interpreter"
+    assert NodeDerivatives(f).backend == "interpreter"
     assert leg.function.n_instructions() > 300
     if not BatchedFunction.unavailable():
-        assert Derivatives(leg.function).backend == "vectors"
+        assert NodeDerivatives(leg.function).backend == "vectors"
 
 
 def test_a_function_without_unknowns_and_parameters_is_taken():
     q, v, a = (ca.SX.sym(n, 2) for n in "qva")
     f = ca.Function("f", [q, v, a, ca.SX(0, 1), ca.SX(0, 1)], [ca.sin(q[:1]) * v[1]])
-    d, none = Derivatives(f), np.zeros((3, 0))
+    d, none = NodeDerivatives(f), np.zeros((3, 0))
     x = np.ones((3, 2))
     r, J = d.jacobian(x, x, x, none, none)
     assert r.shape == (3, 1) and J.shape == (3, 1, 6)
@@ -131,4 +131,4 @@ def test_a_function_without_unknowns_and_parameters_is_taken():
 def test_a_function_of_something_else_is_refused():
     x = ca.SX.sym("x", 2)
     with pytest.raises(ParameterError, match="must give one column from"):
-        Derivatives(ca.Function("f", [x], [x]))
+        NodeDerivatives(ca.Function("f", [x], [x]))

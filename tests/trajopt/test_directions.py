@@ -9,7 +9,7 @@ import pytest
 import plantigrade as pg
 from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.trajopt import ContactBody, MotionTask, make_task
 from plantigrade.trajopt.warm_start import WarmStart
@@ -73,7 +73,7 @@ def test_feet_of_the_guess_are_near_their_footprints(name):
         for t, q in zip(times, qpos, strict=True):
             if flat + 0.05 < t < still - 0.05:
                 points = PointSet(person(), [f"foot_{stance.footprint.side}"], np.zeros((1, 3)))
-                ankle = State(person(), q).position(points)[0]
+                ankle = BodyState(person(), q).position(points)[0]
                 away = np.hypot(*(ankle[:2] - stance.footprint.position[:2]))
                 assert away < 0.05
                 seen += 1

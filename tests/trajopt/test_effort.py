@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.trajopt import ProblemBuilder, make_task
 from plantigrade.trajopt.problem.contact_body import TORQUE_SCALE
 from plantigrade.trajopt.tasks.gait_parameters import gait_parameters
@@ -27,7 +27,7 @@ def builder() -> ProblemBuilder:
 def test_inertia_is_that_of_the_energy_of_each_coordinate_alone():
     """Twice the kinetic energy at unit rate: of the body in flight, of leg and shank that turn."""
     human, names = person(), body().symbolic.names
-    state = State(human, human.model.qpos0)
+    state = BodyState(human, human.model.qpos0)
 
     def twice_the_energy(i):
         rate = np.eye(human.model.nv)[i]

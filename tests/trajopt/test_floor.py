@@ -11,7 +11,7 @@ from plantigrade.contact.ground import Ground
 from plantigrade.contact.limb_sites import KNEELING_PITCH, limb_site
 from plantigrade.contact.plan import ContactPlan, PointSupport
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.record import Record
 from plantigrade.trajopt import ContactBody, make_task, synthesize
@@ -56,7 +56,7 @@ def test_a_kneeling_knee_rolls_without_slipping():
     u, p = np.zeros((1, 3 * len(body.sites))), np.tile([1.0, 0.0], (1, len(body.sites)))
     rate = rows.values(q, v, zero, u, p)[0, 3 * k : 3 * k + 3]
     qpos, qvel, _ = body.symbolic.to_mujoco(q, v, zero)
-    state, site = State(human, qpos[0]), limb_site(human, "knee_l")
+    state, site = BodyState(human, qpos[0]), limb_site(human, "knee_l")
     centre = PointSet(human, [site.body], np.array([site.position]))
     down = state.rotation(site.body).T @ [0.0, 0.0, -site.radius]
     touching = PointSet(human, [site.body], np.array([site.position]) + down)
@@ -145,7 +145,7 @@ def test_a_person_gets_up_from_sitting_on_the_floor(height, mass, side):
 def aside(record: Record, part: str) -> float:
     """Return how far the upward axis of a part leans to a side at most [rad]."""
     human = record.human
-    up = [State(human, q).rotation(part)[1, 2] for q in record.motion.qpos[::5]]
+    up = [BodyState(human, q).rotation(part)[1, 2] for q in record.motion.qpos[::5]]
     return float(np.arcsin(np.abs(up).max()))
 
 

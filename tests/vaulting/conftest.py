@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plantigrade.models import Human
-from plantigrade.vaulting import Approach, Segments, Table, Vault
+from plantigrade.vaulting import Approach, Segments, Vault, VaultingTable
 
 # Activations: shoulders and elbows extend, hips yield at first and extend late.
 NODES = np.array([[0.8, 0.9, -0.5, 0.1, 0.1]] * 3 + [[0.3, 0.6, 0.2, 0.0, 0.0]] * 3)
@@ -17,7 +17,7 @@ def segments() -> Segments:
 
 @pytest.fixture(scope="session")
 def vault(segments) -> Vault:
-    return Vault(segments, Table(), Approach())
+    return Vault(segments, VaultingTable(), Approach())
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ from plantigrade.dynamics.muscle_speed import (
     OMEGA_0,
     velocity_factor,
 )
-from plantigrade.vaulting import Table
+from plantigrade.vaulting import VaultingTable
 from plantigrade.vaulting.joint_torques import (
     EXTENSION_SIGN,
     JOINT_STOPS,
@@ -70,12 +70,14 @@ def test_the_relative_load_is_one_at_the_eccentric_limit(segments):
 
 
 def test_the_table_force_follows_the_equation_and_is_never_tensile():
-    table = Table(stiffness=100.0, damping=5.0, shear_stiffness=10.0, shear_damping=0.0, grip=5.0)
+    table = VaultingTable(
+        stiffness=100.0, damping=5.0, shear_stiffness=10.0, shear_damping=0.0, grip=5.0
+    )
     _, up = table.force(0.0, -0.05, 0.0, -2.0, np)
     assert up == pytest.approx(1e3 * (100.0 * 0.05**2 + 5.0 * 0.05 * 2.0))
     assert table.force(0.1, 0.01, 0.0, -3.0, np) == (0.0, 0.0)  # in the air
     assert table.force(0.0, -0.05, 0.0, 9.0, np)[1] == 0.0  # leaving fast
     back, up = table.force(0.02, -0.05, 0.0, 0.0, np)
     assert back == pytest.approx(-1e4 * 0.02**2, rel=1e-3)
-    slipping, up = Table(grip=0.5).force(0.5, -0.05, 0.0, 0.0, np)
+    slipping, up = VaultingTable(grip=0.5).force(0.5, -0.05, 0.0, 0.0, np)
     assert slipping == pytest.approx(-0.5 * up)

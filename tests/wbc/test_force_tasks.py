@@ -6,7 +6,7 @@ import numpy as np
 from plantigrade.contact.site import contact_sites
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.kinematics.sole_paths import SitePoints
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.wbc.tasks import (
     AngularMomentumTask,
@@ -19,14 +19,14 @@ from plantigrade.wbc.tasks import (
 from tests.models.presets import person
 
 
-def random_state(seed: int) -> State:
+def random_state(seed: int) -> BodyState:
     human = person("42", "two-segment")
     rng = np.random.default_rng(seed)
     qpos = human.standing()
     qpos[3:7] = rng.normal(size=4)
     qpos[3:7] /= np.linalg.norm(qpos[3:7])
     qpos[7:] += 0.3 * rng.normal(size=len(qpos) - 7)
-    return State(human, qpos, rng.normal(size=human.model.nv))
+    return BodyState(human, qpos, rng.normal(size=human.model.nv))
 
 
 def test_rows_of_the_angular_momentum_give_momentum_and_its_rate():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.wbc import JointLimits, TaskOrder, move
 from plantigrade.wbc.joint_limits import JointLimitSettings
 from plantigrade.wbc.tasks import TimedPosture
@@ -18,7 +18,7 @@ def test_bounds_never_cross_in_any_state(preset):
         for _ in range(20):
             q, v = random_state(human, rng)
             q[7:] += rng.normal(scale=0.1, size=len(q) - 7)  # outside its range too
-            low, high = limits.bounds(State(human, q, 30.0 * v))
+            low, high = limits.bounds(BodyState(human, q, 30.0 * v))
             assert (low <= high).all()
             assert np.isfinite([low[6:], high[6:]]).all()
 
@@ -27,7 +27,7 @@ def test_bounds_never_cross_in_any_state(preset):
 @pytest.mark.parametrize("push", [1.0, -1.0])
 def test_a_coordinate_driven_at_its_limit_stops_there(step, push):
     human = person("42", "two-segment")
-    state = State(human, human.standing())
+    state = BodyState(human, human.standing())
     limits = JointLimits(human, step)
     low, high = human.limits
     furthest = np.zeros(len(low))
@@ -61,7 +61,7 @@ def test_no_hinge_runs_faster_than_it_may():
 def test_accelerations_stay_within_theirs():
     human = person("42", "two-segment")
     limits = JointLimits(human, 0.005, settings=JointLimitSettings(max_acceleration=50.0))
-    low, high = limits.bounds(State(human, human.standing()))
+    low, high = limits.bounds(BodyState(human, human.standing()))
     assert low.min() >= -50.0 and high.max() <= 50.0
 
 

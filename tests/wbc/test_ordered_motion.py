@@ -7,7 +7,7 @@ import pytest
 
 from plantigrade.contact.site import contact_sites
 from plantigrade.kinematics.sole_paths import SitePoints
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.wbc import JointLimits, TaskOrder, move, solve_hierarchy
 from plantigrade.wbc.order import stacked
@@ -48,9 +48,9 @@ def bent_person(joints, feet):
         for name, angle in bends.items():
             q[7 + human.hinge(f"{name}_{side}")] = angle
     points = soles_of(human)
-    q[2] -= (points.height(State(human, q))).min()
+    q[2] -= (points.height(BodyState(human, q))).min()
     q = move(human, TaskOrder([[standing(human)]]), q, stop=0.3).qpos[-1]
-    assert np.abs(points.height(State(human, q))).max() < 1e-3
+    assert np.abs(points.height(BodyState(human, q))).max() < 1e-3
     return q
 
 
@@ -59,17 +59,17 @@ def bent_person(joints, feet):
 def test_an_error_obeys_its_equation(human, stiffness, damping):
     """e'' = -kp e - kd e' from e = 0 with a velocity: a decaying wave, in closed form."""
     q = bent(human)
-    here = State(human, q).com
+    here = BodyState(human, q).com
     task = ComTask(Trajectory.fixed(here), stiffness=stiffness, damping=damping)
     start = np.zeros(human.model.nv)
     start[:3] = 0.3, -0.2, -0.3
     motion = move(
         human, TaskOrder([[task]]), q, start, stop=0.5, settings=MotionSettings(step=0.001)
     )
-    state = State(human, q)
+    state = BodyState(human, q)
     e = np.array([task.error(state.moved_to(x, v), 0.0) for x, v in zip(motion.qpos, motion.qvel,
                                                                      strict=True)])  # fmt: skip
-    first = State(human, motion.qpos[0], start)
+    first = BodyState(human, motion.qpos[0], start)
     rate = first.com_jacobian @ start
     t, root = motion.time, np.emath.sqrt(task.damping**2 / 4 - stiffness)
     decay = np.exp(-task.damping * t / 2)
@@ -81,13 +81,13 @@ def test_an_error_obeys_its_equation(human, stiffness, damping):
 def test_a_moving_target_is_followed_without_lag(human):
     """Velocity and acceleration of the target are fed forward."""
     q = bent(human)
-    here = State(human, q).com
+    here = BodyState(human, q).com
     time = np.linspace(0, 1, 200)
     circle = np.stack([1 - np.cos(9 * time), np.sin(9 * time) - 9 * time * np.exp(-40 * time),
                        0 * time], axis=1)  # fmt: skip
     task = ComTask(Trajectory(time, here + 0.05 * circle))
     motion = move(human, TaskOrder([[task]]), q, stop=1.0, settings=MotionSettings(step=0.002))
-    state = State(human, q)
+    state = BodyState(human, q)
     late = [
         np.linalg.norm(task.error(state.moved_to(x, v), float(t)))
         for t, x, v in zip(motion.time, motion.qpos, motion.qvel, strict=True)
@@ -100,7 +100,7 @@ def test_lower_tasks_change_nothing_above(human):
     """The same start with and without a task below: feet and centre of mass go as before."""
     alone, below = squat(human), squat(human, [0.3, -0.1, 0.3])
     points = soles_of(human)
-    state, still = State(human, alone.qpos[0]), np.zeros(human.model.nv)
+    state, still = BodyState(human, alone.qpos[0]), np.zeros(human.model.nv)
     for a, b in zip(alone.qpos, below.qpos, strict=True):
         one, other = state.moved_to(a, still), state.moved_to(b, still)
         assert np.linalg.norm(other.com - one.com) < 1e-4
@@ -114,7 +114,7 @@ def test_an_impossible_task_below_changes_no_residual_above(human):
     assert motion.residual[:, 2].max() > 1.0 and not motion.exact.all()
     contact, com, hand = squat_tasks(human, [0.5, -0.3, 0.9])
     limits = JointLimits(human, MotionSettings.step)
-    state = State(human, motion.qpos[0])
+    state = BodyState(human, motion.qpos[0])
     for k in range(0, len(motion.time), 5):
         state = state.moved_to(motion.qpos[k], motion.qvel[k])
         contact.begin(state, float(motion.time[k]))
@@ -129,7 +129,7 @@ def squat_tasks(human, way):
     """Feet, centre of mass on its way down, a hand led by ``way`` [m] in 0.4 s."""
     q = bent(human)
     hand = PointSet(human, ["hand_r"], np.array([HAND]))
-    state = State(human, q)
+    state = BodyState(human, q)
     time = np.linspace(0, 0.4, 50)
     down = state.com + np.outer(0.08 * (time / 0.4) ** 3, [0.3, 0.0, -1.0])
     there = state.position(hand)[0] + np.outer((0.0, 1.0), way)
@@ -146,7 +146,7 @@ def squat(human, way=None):
 
 def test_contact_points_do_not_move(human):
     q = bent(human)
-    here = State(human, q).com
+    here = BodyState(human, q).com
     time = np.linspace(0, 1, 100)
     sway = here + 0.06 * np.stack(
         [np.sin(6 * time) ** 3, 0 * time, -(np.sin(4 * time) ** 4)], axis=1
@@ -154,7 +154,7 @@ def test_contact_points_do_not_move(human):
     order = TaskOrder([[standing(human)], [ComTask(Trajectory(time, sway))]])
     motion = move(human, order, q, stop=1.0)
     points = soles_of(human)
-    state = State(human, q)
+    state = BodyState(human, q)
     place = np.array([state.moved_to(x, 0 * v).position(points).copy()
                       for x, v in zip(motion.qpos, motion.qvel, strict=True)])  # fmt: skip
     assert np.linalg.norm(place - place[0], axis=2).max() < 5e-4
@@ -166,13 +166,13 @@ def test_contact_points_do_not_move(human):
 def test_nothing_sinks_into_the_floor(human):
     """The centre of mass is asked to sink; feet that nothing holds stay above the ground."""
     q = bent(human)
-    here = State(human, q).com
+    here = BodyState(human, q).com
     time = np.linspace(0, 0.6, 30)
     sink = here + np.outer((time / 0.6) ** 3, [0.0, 0.0, -0.5])
     points = soles_of(human)
     order = TaskOrder([[FloorTask(points)], [ComTask(Trajectory(time, sink))]])
     motion = move(human, order, q, stop=0.6)
-    state = State(human, q)
+    state = BodyState(human, q)
     heights = [points.height(state.moved_to(x, 0 * v)).min()
                for x, v in zip(motion.qpos, motion.qvel, strict=True)]  # fmt: skip
     assert min(heights) > -2e-3
@@ -184,7 +184,7 @@ def test_an_impact_stops_its_points_and_loses_energy(human):
     rng = np.random.default_rng(0)
     for _ in range(10):
         before = rng.normal(size=human.model.nv)
-        state = State(human, q, before)
+        state = BodyState(human, q, before)
         contact = standing(human)
         order = TaskOrder([[contact], [ComTask(Trajectory.fixed(state.com))]])
         assert contact.begin(state, 0.0)
@@ -199,7 +199,7 @@ def test_an_impact_stops_its_points_and_loses_energy(human):
 
 
 def test_a_body_at_rest_that_touches_down_stays_at_rest(human):
-    state = State(human, bent(human))
+    state = BodyState(human, bent(human))
     contact = standing(human)
     contact.begin(state, 0.0)
     np.testing.assert_allclose(
@@ -210,13 +210,13 @@ def test_a_body_at_rest_that_touches_down_stays_at_rest(human):
 def test_straight_knees_are_survived(human):
     """Standing straight, asked to grow: the legs cannot, and nothing is thrown about for it."""
     q = human.standing()
-    here = State(human, q).com
+    here = BodyState(human, q).com
     time = np.linspace(0, 0.5, 20)
     up = here + np.outer((time / 0.5) ** 3, [0.0, 0.0, 0.3])
     order = TaskOrder([[standing(human)], [ComTask(Trajectory(time, up))]])
     motion = move(human, order, q, stop=0.5)
     points = soles_of(human)
-    state = State(human, q)
+    state = BodyState(human, q)
     start = state.moved_to(motion.qpos[0], 0 * motion.qvel[0]).position(points).copy()
     for x, v in zip(motion.qpos, motion.qvel, strict=True):
         assert np.abs(state.moved_to(x, v).position(points) - start).max() < 2e-3
@@ -228,7 +228,7 @@ def test_straight_knees_are_survived(human):
 def test_the_posture_takes_what_is_left(human):
     """Feet and centre of mass are held; an arm asked to rise does, a leg asked to does not."""
     q = bent(human)
-    here = State(human, q).com
+    here = BodyState(human, q).com
     goal = q.copy()
     arm, knee = 7 + human.hinge("arm_flex_r"), 7 + human.hinge("knee_angle_r")
     goal[arm] += 0.8
@@ -239,14 +239,14 @@ def test_the_posture_takes_what_is_left(human):
     )
     motion = move(human, order, q, stop=1.0)
     assert motion.qpos[-1, arm] == pytest.approx(goal[arm], abs=0.1)
-    state = State(human, motion.qpos[-1])
+    state = BodyState(human, motion.qpos[-1])
     assert np.linalg.norm(state.com - here) < 1e-3
     assert motion.order.names[-1] == "posture"
 
 
 def test_what_is_reported_is_what_happened(human):
     q = bent(human)
-    here = State(human, q).com
+    here = BodyState(human, q).com
     calls = []
     order = TaskOrder([[standing(human)], [ComTask(Trajectory.fixed(here), name="com")]])
     motion = move(
@@ -269,14 +269,14 @@ def test_what_is_reported_is_what_happened(human):
 
 def test_the_same_start_gives_the_same_motion(human):
     q = bent(human)
-    order = TaskOrder([[standing(human)], [ComTask(Trajectory.fixed(State(human, q).com))]])
+    order = TaskOrder([[standing(human)], [ComTask(Trajectory.fixed(BodyState(human, q).com))]])
     a, b = (move(human, order, q, stop=0.1) for _ in range(2))
     np.testing.assert_array_equal(a.qpos, b.qpos)
 
 
 def test_tasks_of_one_level_share_it_by_their_weights(human):
     """Two contradicting wishes of one level meet where weights say; of two levels one wins."""
-    state = State(human, bent(human))
+    state = BodyState(human, bent(human))
     tasks = [
         ComTask(state.com + [way, 0.0, 0.0], "x", name, weight=weight)
         for way, name, weight in ((0.01, "ahead", 3.0), (-0.01, "behind", 1.0))
@@ -303,7 +303,7 @@ def test_a_motion_that_cannot_go_on_ends_where_it_is_and_says_why(monkeypatch):
         return solve(levels, **words)
 
     monkeypatch.setattr(stepping, "solve_hierarchy", tired)
-    here = State(human, human.standing()).com
+    here = BodyState(human, human.standing()).com
     order = TaskOrder([[ComTask(Trajectory.fixed(here))]])
     motion = move(human, order, human.standing(), stop=1.0)
     assert motion.stopped == "no answer"

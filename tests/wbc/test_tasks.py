@@ -8,7 +8,7 @@ import pytest
 
 from plantigrade.contact.site import contact_sites
 from plantigrade.kinematics.sole_paths import SitePoints
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.wbc import solve_hierarchy
 from plantigrade.wbc.tasks import (
@@ -74,7 +74,7 @@ def every_task(human, state, rng):
 def along(human, q, v, h):
     result = q.copy()
     mujoco.mj_integratePos(human.model, result, v, h)
-    return State(human, result, v)
+    return BodyState(human, result, v)
 
 
 @pytest.mark.parametrize("preset", BODIES, ids="-".join)
@@ -82,7 +82,7 @@ def along(human, q, v, h):
 def test_jacobian_and_bias_acceleration_are_rates(preset, seed):
     human, rng = person(*preset), np.random.default_rng(seed)
     q, v = random_state(human, rng)
-    state = State(human, q, v)
+    state = BodyState(human, q, v)
     tasks = every_task(human, state, rng)
     for task in tasks:
         J = task.jacobian(state, NOW)
@@ -111,7 +111,7 @@ def test_jacobian_and_bias_acceleration_are_rates(preset, seed):
 @pytest.mark.parametrize("axes", ["xyz", "xy", "z"])
 def test_target_rates_are_the_rates_of_the_error(axes):
     human, rng = person("42", "two-segment"), np.random.default_rng(2)
-    state = State(human, *random_state(human, rng))
+    state = BodyState(human, *random_state(human, rng))
     task = ComTask(waving(rng), axes)
     _, velocity, acceleration = task.aim(NOW)
     h = 1e-5
@@ -129,7 +129,7 @@ def test_rows_ask_for_the_second_order_equation(preset):
     """Whatever acceleration satisfies the rows: the error accelerates by -kp e - kd e'."""
     human, rng = person(*preset), np.random.default_rng(3)
     q, v = random_state(human, rng)
-    state = State(human, q, v)
+    state = BodyState(human, q, v)
     hand = PointSet(human, [human.body_names[-1]], np.zeros((1, 3)))
     for task in (
         ComTask(waving(rng), stiffness=50.0, damping=3.0),
@@ -143,7 +143,7 @@ def test_rows_ask_for_the_second_order_equation(preset):
         for d in (-h, 0.0, h):  # the true motion under that acceleration
             there = q.copy()
             mujoco.mj_integratePos(human.model, there, v + 0.5 * d * a, d)
-            errors.append(task.error(State(human, there), NOW + d))
+            errors.append(task.error(BodyState(human, there), NOW + d))
         rate = (errors[2] - errors[0]) / (2 * h)
         acceleration = (errors[2] - 2 * errors[1] + errors[0]) / h**2
         desired = -task.stiffness * errors[1] - task.damping * rate
@@ -158,14 +158,14 @@ def test_damping_is_critical_where_none_is_given():
 
 def test_an_alignment_turns_by_what_is_left():
     human, rng = person("42", "two-segment"), np.random.default_rng(5)
-    state, turn = State(human, *random_state(human, rng)), rng.normal(size=3)
+    state, turn = BodyState(human, *random_state(human, rng)), rng.normal(size=3)
     rows = AlignmentTask("head", turn, stiffness=9.0).rows(state)
     np.testing.assert_allclose(rows.right, 9.0 * turn - 6.0 * rows.matrix @ state.qvel)
 
 
 def test_a_task_without_directions_rests():
     human = person("42", "two-segment")
-    state = State(human, human.standing())
+    state = BodyState(human, human.standing())
     heel = PointSet(human, ["foot_r"], np.zeros((1, 3)))
     task = PointTask(heel, Trajectory.fixed(np.zeros(3)), lambda state, time: np.zeros((0, 3)))
     row = task.rows(state, 0.0)
@@ -177,7 +177,7 @@ def test_contact_rows_are_as_many_as_a_segment_can_move_and_lose_nothing(preset)
     """Reduced or not, the accelerations that leave all points at rest are the same."""
     human = person(*preset)
     points = soles(human)
-    state = State(human, human.standing(), np.random.default_rng(4).normal(size=human.model.nv))
+    state = BodyState(human, human.standing(), np.random.default_rng(4).normal(size=human.model.nv))
     on = points.body == points.body[0]
     task = ContactTask(swollen(points, 1.0), lambda time: on)  # they all reach the floor
     task.begin(state, 0.0)
@@ -197,7 +197,7 @@ def test_contact_rows_are_as_many_as_a_segment_can_move_and_lose_nothing(preset)
 def test_a_contact_is_held_where_it_landed():
     human = person("42", "two-segment")
     points = soles(human)
-    state = State(human, human.standing())
+    state = BodyState(human, human.standing())
     landed = state.position(points).copy()
     on = np.ones(len(points), dtype=bool)
     task = ContactTask(points, lambda time: on if time < 1.0 else ~on)
@@ -223,11 +223,11 @@ def test_the_floor_pushes_up_and_never_down():
     task = FloorTask(points)
     high = human.standing()
     high[2] += 1.0
-    assert not len(task.rows(State(human, high), 0.0).right)  # far away: nothing to guard
+    assert not len(task.rows(BodyState(human, high), 0.0).right)  # far away: nothing to guard
     for depth in (0.0, 0.005):
         low = human.standing()
         low[2] -= depth
-        state = State(human, low)
+        state = BodyState(human, low)
         row = task.rows(state, 0.0)
         assert len(row.right) and np.isinf(row.level.upper).all()
         up = np.zeros(human.model.nv)
@@ -243,7 +243,7 @@ def test_the_posture_arrives_in_time_with_nothing_left_over():
     task = TimedPosture(lambda time: (goal, 1.0), min_time_left=1e-3)
     start = goal.copy()
     start[7 + human.hinge("knee_angle_r")] += 0.5
-    state = State(human, start)
+    state = BodyState(human, start)
     k, step = 6 + human.hinge("knee_angle_r"), 1e-3
     for i in range(999):
         state = state.integrated(task.acceleration(state, i * step), step)

@@ -7,7 +7,7 @@ from scipy.optimize import nnls
 
 from plantigrade.constants import GRAVITY
 from plantigrade.contact.site import contact_sites
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.wbc import PointRows, Rows, Touching, WholeBody, torque_limits
 from plantigrade.wbc.rows import cost
@@ -25,7 +25,7 @@ def state(human):
     rng = np.random.default_rng(1)
     qpos = human.standing()
     qpos[7:] += rng.uniform(-0.1, 0.1, len(human.coordinates))
-    return State(human, qpos, rng.uniform(-0.3, 0.3, human.model.nv))
+    return BodyState(human, qpos, rng.uniform(-0.3, 0.3, human.model.nv))
 
 
 def touching(state, sites=None, normal=(0.0, 0.0, 1.0)):
@@ -231,7 +231,7 @@ def test_open_accelerations_are_refused(state):
 def test_a_body_in_flight_falls(human):
     data = mujoco.MjData(human.model)
     data.qpos[:] = human.standing()
-    state = State(human, data.qpos)
+    state = BodyState(human, data.qpos)
     answer = WholeBody(human).solve(state, Touching(), desired=np.zeros(human.model.nv))
     fall = state.com_jacobian @ answer.qacc + state.com_bias_acceleration
     assert np.allclose(fall, [0.0, 0.0, -GRAVITY], atol=1e-8)

@@ -6,7 +6,7 @@ import pytest
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import GEOM_PREFIX, contact_sites
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.world import World, fit_soles, on_ground, standing_on
 from plantigrade.world.grounds import ground_named
@@ -55,7 +55,7 @@ def test_what_is_no_ground_is_refused(word):
 def gaps(ground: Ground, qpos) -> np.ndarray:
     """Distances of the contact spheres from a ground, along its normal there."""
     radius = np.array([[s.radius] for s in contact_sites(HUMAN)])
-    centre = State(HUMAN, qpos).position(PointSet.of(HUMAN, contact_sites(HUMAN)))
+    centre = BodyState(HUMAN, qpos).position(PointSet.of(HUMAN, contact_sites(HUMAN)))
     low = centre - radius * ground.normal_at(centre)
     return low @ ground.normal - ground.under(low)
 
@@ -66,7 +66,7 @@ def test_who_stands_elsewhere_and_turned_has_the_soles_on_the_ground_there(word,
     ground, place = ground_named(word, seed=3), (1.0, -0.5, turn)
     qpos, level = standing_on(HUMAN, ground, placement=place), standing_on(HUMAN, Ground())
     lifted = on_ground(HUMAN, ground, at_placement(level, place))
-    found, expected = State(HUMAN, qpos), State(HUMAN, lifted)
+    found, expected = BodyState(HUMAN, qpos), BodyState(HUMAN, lifted)
     np.testing.assert_allclose(found.com[:2], expected.com[:2], atol=0.01)
     for foot in ("foot_r", "foot_l"):
         i = HUMAN.body(foot)
@@ -82,7 +82,9 @@ def test_a_posture_is_laid_on_other_ground():
     assert np.ptp(gaps(slope, on_ground(HUMAN, slope, flat))) > 0.03
     there = fit_soles(HUMAN, slope, flat)
     assert np.ptp(gaps(slope, there)) < 2e-3
-    np.testing.assert_allclose(State(HUMAN, there).com[:2], State(HUMAN, flat).com[:2], atol=0.01)
+    np.testing.assert_allclose(
+        BodyState(HUMAN, there).com[:2], BodyState(HUMAN, flat).com[:2], atol=0.01
+    )
 
 
 @pytest.mark.parametrize("word", ["flat", "slope:8", "sphere:1", "dome:1", "stones"])

@@ -20,7 +20,7 @@ from plantigrade.control.balance.reference import Reference, ReferenceState, pos
 from plantigrade.control.balance.settings import BalanceSettings, JointStopSettings
 from plantigrade.control.gait.tasks import within_foot
 from plantigrade.kinematics.rigid_points import RigidPoints
-from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.state import BodyState
 from plantigrade.wbc.rows import PointRows, Rows
 from plantigrade.wbc.tasks import LinearMomentumTask
 from plantigrade.wbc.whole_body import WholeBody

@@ -33,7 +33,7 @@ from plantigrade.control.gait.loads import LoadSettings
 from plantigrade.control.gait.pendulum_state import MIN_PENDULUM_HEIGHT
 from plantigrade.control.gait.step import StepSettings
 from plantigrade.control.gait.support import inside
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.wbc.rows import Rows
@@ -105,7 +105,7 @@ def feasible_motion(
     s, motion = settings or FeasibleSettings(), reference.motion
     com = feasible_path(reference.time, reference.com, reference.spheres, reference.contact, s)
     feet = [human.body(f"foot_{side}") for side in SIDES]
-    state, qpos = State(human, motion.qpos[0]), motion.qpos.copy()
+    state, qpos = BodyState(human, motion.qpos[0]), motion.qpos.copy()
     solver = s.solver
     own = np.full(human.model.nv, solver.joint_weight)
     own[:6] = solver.pelvis_weight

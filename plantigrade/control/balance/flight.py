@@ -10,9 +10,9 @@ from plantigrade.constants import GRAVITY
 from plantigrade.control.balance.recovery import Recovery
 from plantigrade.control.balance.reference import ReferenceState
 from plantigrade.control.gait.pendulum_state import MIN_PENDULUM_HEIGHT
-from plantigrade.control.gait.phase import GaitSettings
+from plantigrade.control.gait.phase import GaitPhaseSettings
 from plantigrade.control.gait.support import drawn_to
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks import AlignmentTask
 from plantigrade.wbc.tasks.point import axis_error
@@ -22,7 +22,7 @@ from plantigrade.wbc.tasks.point import axis_error
 class FlightSettings:
     """The clock in flight."""
 
-    max_wait: float = GaitSettings.max_wait
+    max_wait: float = GaitPhaseSettings.max_wait
     """Longest time the clock waits for a touchdown after the planned one [s]; as in walking."""
 
 
@@ -80,7 +80,7 @@ class FlightClock:
         self._flights.pop(0)
 
 
-def landing_rows(body: State, desired: ReferenceState, feet: Recovery) -> list[Rows]:
+def landing_rows(body: BodyState, desired: ReferenceState, feet: Recovery) -> list[Rows]:
     r"""Return the rows that bring the feet under where the body will come to rest.
 
     That is :math:`\dot c / \omega` ahead of the centre of mass, as in [Hof2005]_, wherever the

@@ -38,8 +38,7 @@ from plantigrade.contact.site import contact_sites
 from plantigrade.control.balance.reference import Reference, ReferenceState, posture_reference
 from plantigrade.control.balance.settings import BalanceSettings, JointGains, JointStopSettings
 from plantigrade.control.gait.step import StepSettings
-from plantigrade.kinematics.state import CROSS, PointSet
-from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.state import CROSS, BodyState, PointSet
 from plantigrade.wbc.tasks.point import axis_error
 from plantigrade.world import Acceleration, Controller, State
 

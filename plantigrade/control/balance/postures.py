@@ -11,7 +11,7 @@ from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.gait.tasks import TRUNK
 from plantigrade.kinematics.foot_pose import SEGMENTS, FootPoser
-from plantigrade.kinematics.state import State, integrate
+from plantigrade.kinematics.state import BodyState, integrate
 from plantigrade.models import Human
 from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks.point import axis_error
@@ -50,7 +50,7 @@ class PostureSolver:
         self.human, self.settings = human, settings or PostureSolverSettings()
         self._posers = [FootPoser(human, side) for side in SIDES]
         self._standing = standing_on(human, Ground())
-        state = State(human, self._standing)
+        state = BodyState(human, self._standing)
         self.com = state.com
         self._feet = [human.body(f"foot_{side}") for side in SIDES]
         self._ankles = np.array([state.origin(foot) for foot in self._feet])
@@ -87,7 +87,7 @@ class PostureSolver:
         """Return the positions of the spheres by the offset of each ankle from standing [m]."""
         goal = np.array([[*self.com[:2], self.com[2] + ankle[:, 2].min()]])
         qpos = self.path(ankle[None], marked[None], goal)
-        state, out = State(self.human, qpos[0]), np.zeros((self._n_sites, 3))
+        state, out = BodyState(self.human, qpos[0]), np.zeros((self._n_sites, 3))
         for i, site in enumerate(contact_sites(self.human)):
             out[i] = state.origin(site.body) + state.rotation(site.body) @ np.array(site.position)
         return out
@@ -116,7 +116,7 @@ class PostureSolver:
             qpos[:, 7 + self._hinges[k]] = np.clip(pose.angles, low, high)
             turns.append(pose.rotation)
             shifts.append(pose.shift)
-        state, stands = State(self.human, self._standing), np.any(marked, axis=2)
+        state, stands = BodyState(self.human, self._standing), np.any(marked, axis=2)
         within = np.concatenate(self._hinges) + 7
         for i, q in enumerate(qpos):
             before = None
@@ -133,7 +133,7 @@ class PostureSolver:
 
     def _improved(
         self,
-        state: State,
+        state: BodyState,
         feet: Array,
         rotations: list[Array | None],
         goal: Array,
@@ -172,7 +172,7 @@ class PostureSolver:
 
 
 def posture_step(
-    state: State,
+    state: BodyState,
     rows: Sequence[Rows],
     rest: Float[Array, " nq"],
     own: Float[Array, " nv"],
@@ -201,7 +201,7 @@ def posture_step(
 
 def velocities_of(human: Human, qpos: Float[Array, "n nq"], rate: float) -> Float[Array, "n nv"]:
     """Return the velocities of configurations that follow at a rate [1/s]."""
-    state = State(human, qpos[0])
+    state = BodyState(human, qpos[0])
     steps = np.array(
         [state.moved_to(b).difference(a) for a, b in zip(qpos[:-1], qpos[1:], strict=True)]
     )

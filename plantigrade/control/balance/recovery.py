@@ -15,8 +15,7 @@ from plantigrade.control.gait.step import StepPlanner, StepSettings
 from plantigrade.control.gait.support import beyond, nearest
 from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
 from plantigrade.control.gait.tasks import GaitTaskSettings
-from plantigrade.kinematics.state import CROSS, PointSet
-from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.state import CROSS, BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks import AlignmentTask, PointTask

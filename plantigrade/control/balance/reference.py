@@ -13,7 +13,7 @@ from plantigrade.contact.site import contact_sites
 from plantigrade.control.balance.postures import N_ITERATIONS, posture_step
 from plantigrade.control.gait.loads import LoadSettings
 from plantigrade.control.gait.support import inside
-from plantigrade.kinematics.state import PointSet, State, sweep
+from plantigrade.kinematics.state import BodyState, PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.wbc.rows import Rows
@@ -89,14 +89,14 @@ class PostureReference(Reference):
 
     def __init__(self, human: Human, qpos: Float[Array, " nq"]):
         spheres = PointSet.of(human, contact_sites(human))
-        self._state = _at_rest(State(human, qpos), np.zeros(human.model.nv), spheres)
+        self._state = _at_rest(BodyState(human, qpos), np.zeros(human.model.nv), spheres)
 
     def at(self, time: float) -> ReferenceState:
         """Return the posture."""
         return self._state
 
 
-def _at_rest(body: State, qvel: Array, spheres: PointSet) -> ReferenceState:
+def _at_rest(body: BodyState, qvel: Array, spheres: PointSet) -> ReferenceState:
     """Return a posture on both feet, without acceleration."""
     velocity = np.array(body.com_velocity) if qvel.any() else np.zeros(3)
     contact = np.ones(len(spheres), dtype=bool)
@@ -134,7 +134,7 @@ class PlatformReference(Reference):
     ):
         human, settings = world.human, settings or PlatformSettings()
         self._data, self._platform = world.data, world.model.body(PLATFORM).id
-        self._start = self._body = body = State(human, qpos)
+        self._start = self._body = body = BodyState(human, qpos)
         names = sorted({s.body for s in contact_sites(human)})
         self._segments = [human.body(name) for name in names]
         self._origins = PointSet(human, names, np.zeros((len(names), 3)))

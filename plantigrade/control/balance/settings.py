@@ -8,7 +8,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.control.balance.flight import FlightSettings
 from plantigrade.control.balance.ground_contact import GroundContactSettings
 from plantigrade.control.balance.recovery import RecoverySettings
-from plantigrade.control.gait.phase import GaitSettings
+from plantigrade.control.gait.phase import GaitPhaseSettings
 from plantigrade.control.gait.tasks import GaitTaskSettings, within_foot
 from plantigrade.models import Human
 
@@ -98,7 +98,7 @@ class BalanceSettings:
     idle_force_weight: float = 100.0
     """Weight of forces of points that touch and are not to [per (0.1 body weights)²]. Chosen (±20
     %: below 2 %)."""
-    joint_damping: float = GaitSettings.joint_damping
+    joint_damping: float = GaitPhaseSettings.joint_damping
     """Damping about the planned velocity of a joint, by its greatest torque [s]; as in walking."""
     foot_joint_damping: float = 0.5
     """Damping about the plan within a foot [N m s/rad]. Chosen (±20 %: deviation 33 %)."""

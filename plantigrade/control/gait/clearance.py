@@ -36,7 +36,7 @@ class ClearanceSettings:
 
 
 @dataclass(frozen=True)
-class Clearance:
+class SelfClearance:
     """How a motion is kept from passing through itself."""
 
     abduction: tuple[float, float]  #: Added abduction of each arm, right first [rad]
@@ -44,7 +44,7 @@ class Clearance:
     arms: float  #: Greatest depth of the arms in the body, as the motion has them [m]
 
 
-def clearance_of(record: Record, settings: ClearanceSettings | None = None) -> Clearance:
+def clearance_of(record: Record, settings: ClearanceSettings | None = None) -> SelfClearance:
     """Return how far the arms of a motion are to be held out, and whether its legs overlap."""
     settings = settings or ClearanceSettings()
     human, motion = record.human, record.motion
@@ -68,10 +68,10 @@ def clearance_of(record: Record, settings: ClearanceSettings | None = None) -> C
         for i in bad:
             out[i] += step
             frames[:, 7 + human.hinge(names[i])] -= step
-    return Clearance((out[0], out[1]), legs, max(first))
+    return SelfClearance((out[0], out[1]), legs, max(first))
 
 
-def held_out(record: Record, qpos: Float[Array, "n nq"], clearance: Clearance) -> Array:
+def held_out(record: Record, qpos: Float[Array, "n nq"], clearance: SelfClearance) -> Array:
     """Return configurations with the arms held out, within their range."""
     human, moved = record.human, qpos.copy()
     for side, angle in zip(SIDES, clearance.abduction, strict=True):

@@ -11,7 +11,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +47,7 @@ class DisturbanceEstimator:
 
     def update(
         self,
-        body: State,
+        body: BodyState,
         ground: Float[Array, "n 3"],
         step: float,
         rotation: Float[Array, "2 2"] | None = None,

@@ -8,7 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
 from plantigrade.control.gait.support import inside
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 
 MIN_PENDULUM_HEIGHT = 0.3  # [m] keeps the rate finite for bodies that have fallen
 
@@ -29,7 +29,7 @@ class PendulumState:
     @classmethod
     def of(
         cls,
-        body: State,
+        body: BodyState,
         ground: float,
         soles: Sequence[Float[Array, "_ 3"]],
         feet: Float[Array, "2 2"],

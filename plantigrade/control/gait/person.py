@@ -8,7 +8,7 @@ from plantigrade.arrays import Array, Float, Int
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import ContactSite, contact_sites
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.record import Record
 
@@ -24,7 +24,7 @@ def world_sites(record: Record) -> tuple[ContactSite, ...]:
 
 def leg_length(human: Human) -> float:
     """Return the height of the hip above the ankle in standing [m]."""
-    standing = State(human, human.standing())
+    standing = BodyState(human, human.standing())
     hip, ankle = (standing.origin(f"{bone}_{SIDES[0]}") for bone in ("femur", "foot"))
     return float(hip[2] - ankle[2])
 
@@ -56,7 +56,7 @@ class SoleShape:
         Raises:
             ParameterError: If the person has no contact sphere.
         """
-        side, standing = SIDES[0], State(human, human.standing())
+        side, standing = SIDES[0], BodyState(human, human.standing())
         sites = [site for site in contact_sites(human) if site.side == side]
         if not sites:
             raise ParameterError("a sole needs contact spheres, and this person has none")
@@ -108,7 +108,7 @@ class GaitPerson:
         """Return the person of a record, with the contact spheres of its world."""
         human, sites = record.human, world_sites(record)
         side_of = np.array([(*SIDES, "").index(s.side) for s in sites])
-        standing = State(human, human.standing())
+        standing = BodyState(human, human.standing())
         hip, ankle = (standing.origin(f"{bone}_{SIDES[0]}") for bone in ("femur", "foot"))
         flexion = human.model.joint(f"hip_flexion_{SIDES[0]}").dofadr[0]
         low, high = np.array(human.model.jnt_actfrcrange[1:]).T

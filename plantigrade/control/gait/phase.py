@@ -13,7 +13,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.loads import LoadSettings
-from plantigrade.control.gait.reference import GaitReference
+from plantigrade.control.gait.reference import ReferenceTables
 from plantigrade.control.gait.step import StepSettings
 from plantigrade.control.gait.swing import SwingOffset, SwingOffsetSettings
 from plantigrade.wbc.forces import ForceSettings
@@ -36,7 +36,7 @@ class FootContactSettings:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GaitSettings:
+class GaitPhaseSettings:
     """The clock of a gait, and its contacts and swing feet."""
 
     contact: FootContactSettings = FootContactSettings()
@@ -120,13 +120,13 @@ class GaitState:
 
     def __init__(
         self,
-        reference: GaitReference,
+        reference: ReferenceTables,
         weight: float,
         phase: float = 0.0,
-        settings: GaitSettings | None = None,
+        settings: GaitPhaseSettings | None = None,
     ):
         self.reference, self.weight = reference, weight
-        self.settings = settings or GaitSettings()
+        self.settings = settings or GaitPhaseSettings()
         self.phase, self.rate = phase, 1.0
         self._offsets = np.zeros((64, 3))
         self.touchdowns: list[Touchdown] = []

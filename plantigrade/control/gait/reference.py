@@ -11,7 +11,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.site import ContactSite
-from plantigrade.control.gait.clearance import Clearance, held_out
+from plantigrade.control.gait.clearance import SelfClearance, held_out
 from plantigrade.control.gait.edges import EdgeSettings
 from plantigrade.control.gait.instant import (
     Instant,
@@ -60,7 +60,7 @@ class ReferenceSettings:
 
 
 @dataclass(frozen=True, eq=False)
-class GaitReference:
+class ReferenceTables:
     """Tables of a motion.
 
     Attributes:
@@ -104,10 +104,10 @@ class GaitReference:
 
 def reference_of(
     record: Record,
-    clearance: Clearance | None = None,
+    clearance: SelfClearance | None = None,
     *,
     settings: ReferenceSettings | None = None,
-) -> GaitReference:
+) -> ReferenceTables:
     """Return the tables of a motion.
 
     Forces and torques are taken where the record has them; without them the load is where the feet
@@ -161,7 +161,7 @@ def reference_of(
     if ends:  # a last row at rest
         table[n] = np.where(derivative_order(layout) > 0, 0.0, table[n - 1])
     translation, duration = translation_of(layout), motion.duration
-    return GaitReference(
+    return ReferenceTables(
         table, layout, translation, schedule, omega, period, duration, advance, ends
     )
 

@@ -93,7 +93,7 @@ class StepSettings:
 
 
 @dataclass(frozen=True, eq=False)
-class Footstep:
+class PlannedStep:
     """A planned step."""
 
     side: int  #: The foot, 0 for the right one, 1 for the left one
@@ -130,7 +130,7 @@ class StepPlanner:
         reach = min(distance, self.max_extension)
         return self.leg_length - float(np.sqrt(self.leg_length**2 - reach**2))
 
-    def plan(self, now: PendulumState, sides: Sequence[int] = (0, 1)) -> Footstep:
+    def plan(self, now: PendulumState, sides: Sequence[int] = (0, 1)) -> PlannedStep:
         """Return the footstep with the least cost."""
         durations = self.settings.swing_durations
         found = [self.footstep(now, side, time) for side in sides for time in durations]
@@ -144,7 +144,7 @@ class StepPlanner:
         *,
         swinging: bool = False,
         velocity: Float[Array, " 2"] | None = None,
-    ) -> Footstep:
+    ) -> PlannedStep:
         """Return the best footstep of one foot and one duration.
 
         Args:
@@ -178,7 +178,7 @@ class StepPlanner:
         overextended = max(float(np.linalg.norm(com - now.feet[other])) - self.max_extension, 0.0)
         cost = remaining + s.capture_error_cost * first + overextended
         k = int(cost.argmin())
-        return Footstep(
+        return PlannedStep(
             side, tried[k], duration, float(first[k]), float(remaining[k]), float(cost[k])
         )
 

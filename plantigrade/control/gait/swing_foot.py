@@ -6,8 +6,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.pendulum_state import PendulumState
-from plantigrade.control.gait.phase import GaitSettings
-from plantigrade.control.gait.step import Footstep, StepPlanner
+from plantigrade.control.gait.phase import GaitPhaseSettings
+from plantigrade.control.gait.step import PlannedStep, StepPlanner
 from plantigrade.control.gait.swing import SwingOffsetSettings
 
 
@@ -20,9 +20,9 @@ class SwingSettings:
     fixed_phase: float = 0.25
     """Last part of a swing, in which the footstep is no longer replanned. A foot that accelerates
     again there rises, too, and comes down late."""
-    min_touchdown_phase: float = GaitSettings.min_touchdown_phase
+    min_touchdown_phase: float = GaitPhaseSettings.min_touchdown_phase
     """Part of a swing after which ground contact ends it; as in walking."""
-    late_descent_speed: float = GaitSettings.late_descent_speed
+    late_descent_speed: float = GaitPhaseSettings.late_descent_speed
     """Speed at which a foot descends that has not met the ground in time [m/s]; as in walking."""
     arrival_lead: float = SwingOffsetSettings.arrival_lead
     """Time before touchdown at which the foot is over its footstep [s]; as in walking."""
@@ -42,7 +42,7 @@ class SwingFoot:
 
     planner: StepPlanner  #: The planner of the person
     settings: SwingSettings  #: Its motion
-    footstep: Footstep  #: The footstep, its duration from lift-off on
+    footstep: PlannedStep  #: The footstep, its duration from lift-off on
     start: float  #: Time of lift-off [s]
 
     def phase(self, time: float) -> float:

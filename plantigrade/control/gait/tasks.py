@@ -9,7 +9,7 @@ import numpy as np
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.control.gait.instant import Instant
 from plantigrade.kinematics.rigid_points import RigidPoints
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.wbc.rows import PointRows
 from plantigrade.wbc.tasks import LinearMomentumTask, OrientationTask, PointTask
@@ -220,7 +220,7 @@ def heading(quat: Float[Array, " 4"]) -> Float[Array, "2 2"]:
 def desired_accelerations(
     ref: Instant,
     rate: float,
-    body: State,
+    body: BodyState,
     settings: GaitTaskSettings,
     free: Bool[Array, " n_hinges"] | None = None,
 ) -> Float[Array, " nv"]:

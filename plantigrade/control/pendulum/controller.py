@@ -7,12 +7,12 @@ import numpy as np
 
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
-from plantigrade.control.gait.clearance import Clearance, clearance_of
+from plantigrade.control.gait.clearance import SelfClearance, clearance_of
 from plantigrade.control.gait.disturbance import DisturbanceEstimator
 from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.person import GaitPerson, leg_length
 from plantigrade.control.gait.phase import GaitState
-from plantigrade.control.gait.reference import STEP, GaitReference, reference_of
+from plantigrade.control.gait.reference import STEP, ReferenceTables, reference_of
 from plantigrade.control.pendulum.feet import Feet
 from plantigrade.control.pendulum.footstep import Footstep
 from plantigrade.control.pendulum.ground import LocalGround, Soles
@@ -28,7 +28,7 @@ from plantigrade.control.pendulum.summary import Footfall, walk_summary
 from plantigrade.control.pendulum.swing_clearance import with_clearance
 from plantigrade.control.pendulum.tasks import WalkingTasks
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.state import BodyState
 from plantigrade.kinematics.stride import stood_apart
 from plantigrade.record import Record
 from plantigrade.wbc.rows import PointRows, Rows
@@ -95,7 +95,7 @@ class Pendulum(Controller):
         self.footstep: Footstep | None = None
         self.footfalls: list[Footfall] = []
 
-    def reference_for(self, record: Record, clearance: Clearance) -> GaitReference:
+    def reference_for(self, record: Record, clearance: SelfClearance) -> ReferenceTables:
         """Return a walk of this person as it is followed: one that mass and feet can follow.
 
         Raises:

@@ -9,7 +9,7 @@ from plantigrade.constants import SIDES
 from plantigrade.control.gait.person import leg_length
 from plantigrade.control.gait.swing_foot import SwingSettings
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.world import Barrier, SimulatedWorld
 
@@ -67,7 +67,7 @@ class Crouch:
         """Return the deepest crouch of a person."""
         depth, share = 0.01 * settings.max_depth_cm, settings.leg_share
         names, angles = human.coordinates, np.zeros(len(human.coordinates))
-        upright = State(human, human.standing())
+        upright = BodyState(human, human.standing())
         trunk_height = human.height - float(upright.origin(human.trunk)[2])
         lean = float(np.arccos(max(1.0 - (1.0 - share) * depth / trunk_height, 0.0)))
         spine = [n for n in ("lumbar_extension", "thorax_extension") if n in names]

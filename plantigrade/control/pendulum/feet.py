@@ -13,7 +13,7 @@ from plantigrade.control.pendulum.ground import LocalGround, SoleOnGround, Soles
 from plantigrade.control.pendulum.plan import StepPlan
 from plantigrade.control.pendulum.swing import SwingPath, limit_to_reach
 from plantigrade.control.pendulum.tasks import WalkingTasks
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.spatial.conventions import about_vertical, less_tilted, tilt_to
 from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks.point import rotation_to
@@ -157,7 +157,7 @@ class Feet:
 
     def rows(
         self,
-        body: State,
+        body: BodyState,
         ref: Instant,
         rate: float,
         com: Float[Array, " 2"],

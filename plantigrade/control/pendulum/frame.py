@@ -12,7 +12,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
 from plantigrade.control.balance.reference import PLATFORM
-from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.state import BodyState
 from plantigrade.spatial.conventions import about_vertical
 from plantigrade.world import SimulatedWorld, State
 

@@ -17,7 +17,7 @@ from plantigrade.control.gait.phase import Foot
 from plantigrade.control.gait.planner import FootstepSettings
 from plantigrade.control.gait.swing import SwingOffsetSettings
 from plantigrade.control.pendulum.frame import Terrain
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.wbc.tasks.landing import LandingSettings
 
 PARTS = (-1.0, -0.5, 0.0, 0.5, 1.0)  # of the greatest shift of a footstep, that are tried
@@ -98,7 +98,7 @@ class LocalGround:
         rise = np.array([around[0] - around[1], around[2] - around[3]]) / (2 * half)
         return float(np.mean(around)), rise
 
-    def soles(self, body: State) -> Soles:
+    def soles(self, body: BodyState) -> Soles:
         """Return the contact spheres over the ground."""
         centre, radius = body.position(self.person.points), self.person.radius
         if not self.ground.uneven:

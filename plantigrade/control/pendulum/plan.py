@@ -19,7 +19,7 @@ from plantigrade.control.pendulum.reference import ScaledReference
 from plantigrade.control.pendulum.settings import PendulumSettings
 from plantigrade.control.pendulum.swing import Height, detours
 from plantigrade.control.pendulum.turn import PredictedTurn
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.spatial.conventions import nearest_right_angle
 
 MIN_TIME_LEFT = 0.01  # [s] to touchdown: keeps the growth of errors until then finite
@@ -66,7 +66,7 @@ class StepPlan:
 
     def update(
         self,
-        body: State,
+        body: BodyState,
         ref: Instant,
         feet: Float[Array, "2 3"],
         slope: Float[Array, " 2"],
@@ -186,7 +186,12 @@ class StepPlan:
         return found
 
     def _reach(
-        self, foot: Foot, body: State, axes: Float[Array, "2 2"], width: float, level: float
+        self,
+        foot: Foot,
+        body: BodyState,
+        axes: Float[Array, "2 2"],
+        width: float,
+        level: float,
     ) -> FootReach:
         """Return the reach of a foot, but for its own motion and the footstep of the reference.
 

@@ -28,7 +28,7 @@ from scipy.linalg import solve_banded
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant, Layout, derivative_order, width_of
-from plantigrade.control.gait.reference import STEP, GaitReference, period_of
+from plantigrade.control.gait.reference import STEP, ReferenceTables, period_of
 from plantigrade.control.gait.schedule import StanceSchedule
 from plantigrade.control.pendulum.crouch import Crouch
 from plantigrade.control.pendulum.speed import SpeedSettings
@@ -84,7 +84,7 @@ def _along_x(record: Record, heading: float) -> Record:
     return Record(record.human, led, ground=record.ground, notes=record.notes)
 
 
-def refuse_spins(reference: GaitReference, human: Human) -> None:
+def refuse_spins(reference: ReferenceTables, human: Human) -> None:
     """Refuse a walk that turns a foot on the ground farther than a hip rotates.
 
     The feet of a pendulum keep their heading while they stand, and the body could not follow.
@@ -106,7 +106,7 @@ def refuse_spins(reference: GaitReference, human: Human) -> None:
             )
 
 
-def with_feasible_com(reference: GaitReference, cop_smoothing: float = 0.0) -> GaitReference:
+def with_feasible_com(reference: ReferenceTables, cop_smoothing: float = 0.0) -> ReferenceTables:
     """Return a walk whose centre of mass moves over the ground as its feet can bear it.
 
     Args:
@@ -182,7 +182,7 @@ class ScaledReference:
         transition: From the walk before, as long as it turns into this one.
     """
 
-    def __init__(self, reference: GaitReference, settings: SpeedSettings | None = None):
+    def __init__(self, reference: ReferenceTables, settings: SpeedSettings | None = None):
         self.settings = settings or SpeedSettings()
         self.recorded = reference
         self.schedule: StanceSchedule = reference.schedule

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from plantigrade.control.balance import BalanceSettings
 from plantigrade.control.gait.disturbance import DisturbanceSettings
 from plantigrade.control.gait.loads import LoadSettings
-from plantigrade.control.gait.phase import GaitSettings
+from plantigrade.control.gait.phase import GaitPhaseSettings
 from plantigrade.control.gait.planner import FootstepSettings
 from plantigrade.control.gait.reference import ReferenceSettings
 from plantigrade.control.gait.swing_foot import SwingSettings
@@ -37,7 +37,7 @@ class PendulumSettings:
     foot in the air is as high."""
     reference: ReferenceSettings = ReferenceSettings(load=LoadSettings(flies=False))
     """How the recorded walk is made a reference; a walk does not fly."""
-    gait: GaitSettings = GaitSettings(late_descent_speed=1.0)
+    gait: GaitPhaseSettings = GaitPhaseSettings(late_descent_speed=1.0)
     """Clock, contacts and swing offsets of the gait."""
     footsteps: FootstepSettings = FootstepSettings()
     """Footsteps."""

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from plantigrade.control.gait.loads import LoadSettings
-from plantigrade.control.gait.phase import GaitSettings
+from plantigrade.control.gait.phase import GaitPhaseSettings
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,7 +22,7 @@ class SpeedSettings:
     weight_shift_time: float = LoadSettings.min_rest_time
     """Time from the last step to quiet standing, and greatest time in which the weight is shifted
     to the first stance foot [s]: with it a foot is at rest."""
-    correction_rate: float = GaitSettings.return_rate
+    correction_rate: float = GaitPhaseSettings.return_rate
     """Rate at which an error of the mean speed is corrected [1/s]; as of the path."""
     min_corrected_scale: float = 0.35
     """Shortest steps whose speed is corrected, and longest ones after which a walk may stop

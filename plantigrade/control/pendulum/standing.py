@@ -8,8 +8,8 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import contact_sites
 from plantigrade.control.balance import Reference, ReferenceState
-from plantigrade.control.gait.reference import GaitReference as GaitReference
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.control.gait.reference import ReferenceTables
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.motion.blends import quintic_rise
 
@@ -33,7 +33,11 @@ class Settling(Reference):
         duration: float,
     ):
         self._points = PointSet.of(human, contact_sites(human))
-        self._body, self._first, self._last = State(human, qpos), np.array(qpos), np.array(standing)
+        self._body, self._first, self._last = (
+            BodyState(human, qpos),
+            np.array(qpos),
+            np.array(standing),
+        )
         if self._first[3:7] @ self._last[3:7] < 0.0:
             self._last[3:7] *= -1.0
         self._time, self._duration, self._part = time, duration, -1.0
@@ -66,7 +70,7 @@ class GaitStart:
     lateral_offset: float  #: Offset of the extrapolated centre of mass to the left of that foot [m]
 
     @classmethod
-    def of(cls, recorded: GaitReference, ahead: float) -> "GaitStart":
+    def of(cls, recorded: ReferenceTables, ahead: float) -> "GaitStart":
         """Return that of a walk.
 
         Args:
@@ -83,5 +87,5 @@ class GaitStart:
         return cls(phase, stance, float(xi[1] - now.foot_position[stance, 1]))
 
 
-def _front_foot(recorded: GaitReference, phase: float) -> int:
+def _front_foot(recorded: ReferenceTables, phase: float) -> int:
     return int(recorded.at(phase).foot_position[:, 0].argmax())

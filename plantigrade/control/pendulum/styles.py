@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.control.gait.clearance import Clearance, clearance_of
+from plantigrade.control.gait.clearance import SelfClearance, clearance_of
 from plantigrade.control.gait.phase import GaitState
-from plantigrade.control.gait.reference import GaitReference
+from plantigrade.control.gait.reference import ReferenceTables
 from plantigrade.control.pendulum.command import RECORDED, Style
 from plantigrade.control.pendulum.controller import Pendulum
 from plantigrade.control.pendulum.reference import ScaledReference
@@ -29,8 +29,8 @@ class PreparedWalk:
     """A walk ready to be walked."""
 
     name: str
-    reference: GaitReference
-    clearance: Clearance
+    reference: ReferenceTables
+    clearance: SelfClearance
 
     @classmethod
     def of(cls, style: Style, pendulum: Pendulum) -> "PreparedWalk":
@@ -74,7 +74,7 @@ class Styles:
                 PhaseMap(walk.reference.schedule, first.schedule)
             except ParameterError as error:
                 raise ParameterError(f"{own}, then {walk.name}: {error}") from error
-        self._uppers: list[tuple[str, GaitReference | FixedPose | None]] = [(RECORDED, None)]
+        self._uppers: list[tuple[str, ReferenceTables | FixedPose | None]] = [(RECORDED, None)]
         self._schedule = [(w.time, 0, i + 1) for i, w in enumerate(walks) if w.time is not None]
         for style in uppers:
             what = (
@@ -165,7 +165,7 @@ class Styles:
         if self.changes and not self.changing:
             self._squares, self._counted = self._squares + error**2, self._counted + 1
 
-    def _source(self, other: GaitReference | FixedPose, time: float) -> Source:
+    def _source(self, other: ReferenceTables | FixedPose, time: float) -> Source:
         """Return an upper body for the legs of the present walk."""
         walk = self._pendulum.reference.recorded
         return source_of(self._pendulum.human, other, walk, time)

@@ -15,17 +15,17 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
-from plantigrade.control.gait.reference import STEP, GaitReference
+from plantigrade.control.gait.reference import STEP, ReferenceTables
 from plantigrade.control.pendulum.swing import SwingPathSettings
 from plantigrade.motion.filters import runs
 
 
 def with_clearance(
-    reference: GaitReference,
+    reference: ReferenceTables,
     leg_length: float,
     of_side: Sequence[Array],
     settings: SwingPathSettings | None = None,
-) -> GaitReference:
+) -> ReferenceTables:
     """Return a walk on level ground whose feet pass over the ground, and land in time.
 
     Args:

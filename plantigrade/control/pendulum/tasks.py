@@ -20,7 +20,7 @@ from plantigrade.control.gait.step import StepSettings
 from plantigrade.control.gait.tasks import GaitTaskSettings, root_error, within_foot
 from plantigrade.control.pendulum.foot_task import FootTask
 from plantigrade.kinematics.rigid_points import RigidPoints
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.wbc.rows import PointRows, Rows
 from plantigrade.wbc.tasks import AngularMomentumTask, LinearMomentumTask
@@ -145,7 +145,12 @@ class WalkingTasks:
         return cost
 
     def posture_acceleration(
-        self, body: State, ref: Instant, rate: float, swing: Sequence[bool], turn_rate: float = 0.0
+        self,
+        body: BodyState,
+        ref: Instant,
+        rate: float,
+        swing: Sequence[bool],
+        turn_rate: float = 0.0,
     ) -> Float[Array, " nv"]:
         """Return the desired accelerations of pelvis and joints.
 
@@ -173,7 +178,7 @@ class WalkingTasks:
 
     def com_acceleration(
         self,
-        body: State,
+        body: BodyState,
         ref: Instant,
         rate: float,
         omega: float,
@@ -234,7 +239,7 @@ class WalkingTasks:
         return desired
 
     def momentum_rows(
-        self, body: State, ref: Instant, rate: float, dcm_error: Float[Array, " 2"]
+        self, body: BodyState, ref: Instant, rate: float, dcm_error: Float[Array, " 2"]
     ) -> Rows:
         """Return rows of the angular momentum: as in the reference, unless the body balances by it.
 
@@ -249,7 +254,9 @@ class WalkingTasks:
         weight = ((1.0 - share) * own.momentum_weight) ** 2
         return Rows(matrix, matrix @ desired, weight, "angular momentum")
 
-    def resist_hyperextension(self, body: State, ref: Instant, desired: Array, cost: Array) -> None:
+    def resist_hyperextension(
+        self, body: BodyState, ref: Instant, desired: Array, cost: Array
+    ) -> None:
         """Let knees that would soon be bent backwards, farther than the reference, resist."""
         own, at, time = self.settings, self._knees, self.settings.knee_stop_time
         angle, speed = body.qpos[at + 1], body.qvel[at]
@@ -261,7 +268,12 @@ class WalkingTasks:
         cost[at] += (weight * np.minimum(excess / own.knee_stop_angle, 1.0)) ** 2
 
     def rotation_rows(
-        self, body: State, points: RigidPoints, i: int, target: Target, normal: Array | None = None
+        self,
+        body: BodyState,
+        points: RigidPoints,
+        i: int,
+        target: Target,
+        normal: Array | None = None,
     ) -> Rows:
         """Return rows that rotate a foot; a stance foot, on its normal, keeps its heading."""
         rows = self._rotation.of(points, i, target).rows(body)

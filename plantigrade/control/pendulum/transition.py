@@ -15,7 +15,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant, derivative_order
-from plantigrade.control.gait.reference import STEP, GaitReference
+from plantigrade.control.gait.reference import STEP, ReferenceTables
 from plantigrade.control.gait.schedule import StanceSchedule
 from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.errors import ParameterError
@@ -102,7 +102,7 @@ class Transition:
     """
 
     def __init__(
-        self, new: GaitReference, old: GaitReference, settings: SpeedSettings | None = None
+        self, new: ReferenceTables, old: ReferenceTables, settings: SpeedSettings | None = None
     ):
         if new.layout != old.layout:
             raise ParameterError("only walks of the same joints and feet can be compared")

@@ -18,11 +18,11 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.person import leg_length
-from plantigrade.control.gait.reference import GaitReference
+from plantigrade.control.gait.reference import ReferenceTables
 from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.control.pendulum.transition import PhaseMap
 from plantigrade.errors import ParameterError, known_names
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.motion.blends import cubic_rise
 
@@ -95,7 +95,7 @@ class UpperMotion:
     """The upper body of another motion, in step with the legs or in its own time."""
 
     #: That motion; in its own time it ends in its last posture, unless it is repeated
-    motion: GaitReference
+    motion: ReferenceTables
     hinges: Bool[Array, " n_hinges"]  #: Which are taken from it
     offset: Float[Array, " n_upper"]  #: Added to their angles [rad]
     start: float  #: When it begins [s]
@@ -121,7 +121,7 @@ Source = FixedPose | UpperMotion
 
 
 def source_of(
-    human: Human, other: GaitReference | FixedPose, walk: GaitReference, time: float
+    human: Human, other: ReferenceTables | FixedPose, walk: ReferenceTables, time: float
 ) -> Source:
     """Return an upper body for the legs of a walk.
 
@@ -141,13 +141,13 @@ def source_of(
     return UpperMotion(other, hinges, offset[hinges], time, phases)
 
 
-def tilt_of(human: Human, walk: GaitReference) -> float:
+def tilt_of(human: Human, walk: ReferenceTables) -> float:
     """Return the mean tilt of the pelvis, backward [rad]."""
     names, values = human.to_coordinates(walk.rows.q)
     return float(np.mean(values[:, names.index("pelvis_tilt")]))
 
 
-def lowering(human: Human, walk: GaitReference, source: Source | None, time: float) -> float:
+def lowering(human: Human, walk: ReferenceTables, source: Source | None, time: float) -> float:
     """Return the lowering of the mass by another upper body [m].
 
     Args:
@@ -156,7 +156,7 @@ def lowering(human: Human, walk: GaitReference, source: Source | None, time: flo
     """
     if source is None:
         return 0.0
-    body, moved = State(human, human.standing()), []
+    body, moved = BodyState(human, human.standing()), []
     leg = leg_length(human)
     for part in np.arange(N_INSTANTS) / N_INSTANTS:
         phase = float(part) * walk.duration
@@ -183,7 +183,7 @@ class BlendedUpperBody:
     def __init__(
         self,
         human: Human,
-        walk: GaitReference,
+        walk: ReferenceTables,
         source: Source | None,
         before: Source | None,
         since: float,

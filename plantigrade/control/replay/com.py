@@ -6,7 +6,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.tasks import GaitTaskSettings
 from plantigrade.control.replay.footsteps import FootstepPlanner
-from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.state import BodyState
 
 
 def com_acceleration(

@@ -9,9 +9,14 @@ from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.clearance import ClearanceSettings, clearance_of
 from plantigrade.control.gait.person import SEAT, GaitPerson
-from plantigrade.control.gait.phase import GaitSettings, GaitState
+from plantigrade.control.gait.phase import GaitPhaseSettings, GaitState
 from plantigrade.control.gait.planner import FootstepSettings
-from plantigrade.control.gait.reference import STEP, GaitReference, ReferenceSettings, reference_of
+from plantigrade.control.gait.reference import (
+    STEP,
+    ReferenceSettings,
+    ReferenceTables,
+    reference_of,
+)
 from plantigrade.control.gait.tasks import (
     GaitTaskSettings,
     TrackingTasks,
@@ -29,8 +34,7 @@ from plantigrade.control.replay.summary import (
     touchdown_figures,
 )
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import PointSet
-from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.record import Record
 from plantigrade.wbc.rows import PointRows, Rows
 from plantigrade.wbc.whole_body import Touching, WholeBody
@@ -43,7 +47,7 @@ class ReplaySettings:
 
     clearance: ClearanceSettings = ClearanceSettings()
     reference: ReferenceSettings = ReferenceSettings()
-    gait: GaitSettings = GaitSettings()
+    gait: GaitPhaseSettings = GaitPhaseSettings()
     footsteps: FootstepSettings = FootstepSettings()
     path: PathReturnSettings = PathReturnSettings()
     recovery: WaitingSettings = WaitingSettings()
@@ -69,7 +73,7 @@ class Replay(Controller):
         self.settings = settings or ReplaySettings()
         self.record, self.human, self.ground = record, record.human, record.ground
         self.clearance = clearance_of(record, self.settings.clearance)
-        self.reference: GaitReference = reference_of(
+        self.reference: ReferenceTables = reference_of(
             record, self.clearance, settings=self.settings.reference
         )
         human, person = self.human, GaitPerson.of(record)

@@ -23,7 +23,7 @@ from plantigrade.control.gait.planner import (
     next_step,
 )
 from plantigrade.control.gait.tasks import heading
-from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.state import BodyState
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -20,7 +20,7 @@ from plantigrade.control.gait.support import beyond
 from plantigrade.control.gait.swing import SwingOffset
 from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
 from plantigrade.control.gait.tasks import GaitTaskSettings
-from plantigrade.kinematics.state import State as BodyState
+from plantigrade.kinematics.state import BodyState
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDE_NAMES
 from plantigrade.control.gait.phase import Touchdown
-from plantigrade.control.gait.reference import GaitReference
+from plantigrade.control.gait.reference import ReferenceTables
 
 MIN_DEVIATION, MAX_STEPS = 0.04, 4  # [m] of a step that is described, and how many are
 
@@ -59,7 +59,7 @@ def describe_touchdowns(touchdowns: Sequence[Touchdown]) -> str:
     return f"{count}: {', '.join(parts)} on average." if parts else f"{count}, all as planned."
 
 
-def describe_end(reference: GaitReference, phase: float) -> str:
+def describe_end(reference: ReferenceTables, phase: float) -> str:
     """Return a sentence on a motion that ended before its simulation, and not at rest; else none.
 
     Args:

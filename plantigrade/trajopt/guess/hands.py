@@ -9,7 +9,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.batched import BatchedFunction
 from plantigrade.contact.limb_sites import HAND_PART, palm
 from plantigrade.contact.plan import ContactPlan
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.motion.blends import quintic_rise
 from plantigrade.spatial.conventions import PELVIS
@@ -56,7 +56,7 @@ def palms(human: Human, q: Float[Array, "n nv"], side: str) -> Float[Array, "n 3
     """Return where a palm is in postures, world [m]."""
     points = PointSet.of(human, [palm(human, side)])
     qpos = human.from_coordinates(PELVIS + human.coordinates, q)
-    return np.stack([State(human, x).position(points)[0] for x in qpos])
+    return np.stack([BodyState(human, x).position(points)[0] for x in qpos])
 
 
 def reached(

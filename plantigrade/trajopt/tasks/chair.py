@@ -15,7 +15,7 @@ from plantigrade.contact.limb_sites import (
 )
 from plantigrade.contact.plan import ContactPlan, Footprint, PointSupport
 from plantigrade.contact.site import ContactSite
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
@@ -157,7 +157,7 @@ def _on_armrests(
 def _centre_of_mass(human: Human, q: Float[Array, " nv"]) -> tuple[float, float, float]:
     """Return where it is in a posture, world [m]."""
     qpos = human.from_coordinates(PELVIS + human.coordinates, q[None])[0]
-    x, y, z = State(human, qpos).com
+    x, y, z = BodyState(human, qpos).com
     return float(x), float(y), float(z)
 
 

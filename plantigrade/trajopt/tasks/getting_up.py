@@ -19,7 +19,7 @@ from plantigrade.contact.plan import ContactPlan, Footprint, PointSupport, Stanc
 from plantigrade.contact.site import foot_sites
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import SitePoints
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.side_names import opposite
 from plantigrade.spatial.conventions import PELVIS
@@ -169,7 +169,7 @@ def toes_behind(
         q[6 + human.hinge(f"{name}_{side}")] = KNEELING[name]
     qpos = human.from_coordinates(PELVIS + human.coordinates, q[None])[0]
     parts = tuple(limb_site(human, f"{part}_{side}") for part in ("knee", "toes"))
-    places = State(human, qpos).position(SitePoints(human, parts))
+    places = BodyState(human, qpos).position(SitePoints(human, parts))
     x, y, _ = places[1] - places[0] + knee
     return float(x), float(y), 0.0
 

@@ -13,7 +13,7 @@ import numpy as np
 from plantigrade.bounds import number
 from plantigrade.constants import SIDES
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 from plantigrade.trajopt.guess.postures import KeyPostures, standing_feet, standing_posture
@@ -189,7 +189,7 @@ def _habits(human: Human) -> tuple[Term, ...]:
 
 def _stretched(human: Human) -> float:
     """Return the height of the centre of mass at take-off [m]."""
-    return float(State(human, human.standing()).com[2]) + TAKE_OFF_RISE * human.height
+    return float(BodyState(human, human.standing()).com[2]) + TAKE_OFF_RISE * human.height
 
 
 def _moved(human: Human, q, *, ahead: float = 0.0, up: float = 0.0, arms: float | None = None):

@@ -26,7 +26,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
 from plantigrade.contact.plan import ContactPlan, Footprint
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.trajopt.tasks.gait_parameters import leg_length
 
@@ -180,7 +180,7 @@ def missing_support(human: Human, plan: ContactPlan, rests: Rests | None = None)
     if not all(len(p) for p in places):
         return 0.0
     if rests is None:
-        height = State(human, human.standing()).com[2]
+        height = BodyState(human, human.standing()).com[2]
         rests = (*places[0].mean(axis=0), height), (*places[-1].mean(axis=0), height)
     rate = float(np.sqrt(human.gravity / min(x[2] for x in rests)))
     n = len(steps)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.contact_body import TORQUE_SCALE
@@ -152,7 +152,7 @@ def relative_inertia(human: Human) -> Float[Array, " nv"]:
         >>> [round(float(inertia[name]), 1) for name in legs]
         [6.7, 1.0, 0.1]
     """
-    found = np.diag(State(human, human.model.qpos0).mass_matrix)
+    found = np.diag(BodyState(human, human.model.qpos0).mass_matrix)
     about_x, about_y, about_z = found[3:6]
     root = [about_y, about_x, about_z, *found[:3]]
     knee = found[6:][human.coordinates.index("knee_angle_r")]

@@ -28,7 +28,7 @@ Rows = Float[Array, "n_nodes n_rows"]
 Jacobian = Float[Array, "n_nodes n_rows nz"]
 
 
-class Derivatives:
+class NodeDerivatives:
     """A function of a node with its derivatives, evaluated at all nodes at once.
 
     Derivatives are made when first needed: for a function of some thousand operations that takes a
@@ -183,6 +183,6 @@ def _in_order(source: Int[Array, " n"], place: Int[Array, " n"]) -> tuple[Array,
 
 
 @lru_cache(maxsize=32)
-def derivatives_of(function: "casadi.Function") -> Derivatives:
+def derivatives_of(function: "casadi.Function") -> NodeDerivatives:
     """Return the derivatives of a function, made at the first call and kept."""
-    return Derivatives(function)
+    return NodeDerivatives(function)

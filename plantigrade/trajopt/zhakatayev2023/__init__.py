@@ -6,7 +6,7 @@ from plantigrade.trajopt.zhakatayev2023.body import PaperBody, paper_human
 from plantigrade.trajopt.zhakatayev2023.formulation import PaperProblem, formulate
 from plantigrade.trajopt.zhakatayev2023.motions import MOTIONS, PaperMotion, paper_task
 from plantigrade.trajopt.zhakatayev2023.solve import PaperSolution, paper_motion
-from plantigrade.trajopt.zhakatayev2023.staged import Stage, StagedResult, solve_staged
+from plantigrade.trajopt.zhakatayev2023.staged import StageAttempt, StagedResult, solve_staged
 
 __all__ = [
     "BASES",
@@ -16,7 +16,7 @@ __all__ = [
     "PaperMotion",
     "PaperProblem",
     "PaperSolution",
-    "Stage",
+    "StageAttempt",
     "StagedResult",
     "between",
     "formulate",

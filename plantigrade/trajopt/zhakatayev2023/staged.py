@@ -44,7 +44,7 @@ _SETTINGS = {
 
 
 @dataclass(frozen=True)
-class Stage:
+class StageAttempt:
     """One attempt at one stage."""
 
     name: str
@@ -73,7 +73,7 @@ class StagedResult:
     """Result of all stages."""
 
     c: Float[Array, "n_coefficients nv"]  # coefficients
-    stages: tuple[Stage, ...]  # every attempt, in order
+    stages: tuple[StageAttempt, ...]  # every attempt, in order
     success: bool  # whether the last stage succeeded
     objective: float
     violation: float  # largest violation over all constraints
@@ -150,7 +150,7 @@ class _Log:
     """The attempts made, with the time each took."""
 
     def __init__(self, judge: SparseProgram, say: Callable[[str], None]):
-        self.done: list[Stage] = []
+        self.done: list[StageAttempt] = []
         self._judge, self._say = judge, say
 
     def begin(self) -> None:
@@ -163,7 +163,7 @@ class _Log:
         spent = clock.perf_counter() - self._began, clock.thread_time() - self._busy
         cost = self._judge.objective(self._judge.pack(c))
         self.done.append(
-            Stage(name, solver, status, success, iterations, *spent, cost, violation, worst)
+            StageAttempt(name, solver, status, success, iterations, *spent, cost, violation, worst)
         )
         self._say(self.done[-1].line())
 

@@ -20,7 +20,7 @@ from plantigrade.constants import FRICTION
 from plantigrade.contact.site import contact_sites
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import SitePoints
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks.task import Task
@@ -85,7 +85,7 @@ class ContactTask(Task):
         """Return the task that keeps both soles of a person on the ground."""
         return cls(SitePoints(human, contact_sites(human)), **gains)
 
-    def touching(self, state: State, friction: float = FRICTION) -> Touching:
+    def touching(self, state: BodyState, friction: float = FRICTION) -> Touching:
         """Return the points that touch, as level ground carries them."""
         on = self.on
         place = state.position(self.points)[on]
@@ -112,18 +112,18 @@ class ContactTask(Task):
         self.on, self.coming = on, scheduled & ~on
         return bool(new.any())
 
-    def error(self, state: State, time: float):
+    def error(self, state: BodyState, time: float):
         """Return how far points are from their spots, then how high the coming ones are [m]."""
         position = state.position(self.points)
         held = (position[self.on] - self.spot[self.on]).ravel()
         return np.concatenate([held, self.points.height(state)[self.coming]])
 
-    def jacobian(self, state: State, time: float):
+    def jacobian(self, state: BodyState, time: float):
         """Return the Jacobian of the points that touch, then of the coming ones' heights."""
         J = state.jacobian(self.points)
         return np.concatenate([J[self.on].reshape(-1, state.model.nv), J[self.coming, 2]])
 
-    def bias_acceleration(self, state: State, time: float):
+    def bias_acceleration(self, state: BodyState, time: float):
         """Return their acceleration where nothing accelerates [m/s²]."""
         bias = state.bias_acceleration(self.points)
         return np.concatenate([bias[self.on].ravel(), bias[self.coming, 2]])
@@ -152,7 +152,7 @@ class ContactTask(Task):
         """Return the rows that bring the points to their spots, reduced likewise."""
         return self._reduced(state, super().position_rows(state, time))
 
-    def _reduced(self, state: State, full: Rows) -> Rows:
+    def _reduced(self, state: BodyState, full: Rows) -> Rows:
         n = 3 * int(self.on.sum())
         matrix, right = [full.matrix[n:]], [full.right[n:]]
         for segment, rows, basis in self._segments():

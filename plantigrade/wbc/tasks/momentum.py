@@ -7,7 +7,7 @@ both [Herr2008]_.
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.wbc.tasks.task import Target, Task
 
@@ -102,7 +102,7 @@ class AngularMomentumTask(Task):
     ):
         super().__init__(name, target, stiffness=stiffness, **gains)
         self.posture, self.turn, self.lever = posture, turn, lever
-        self._of: State | None = None
+        self._of: BodyState | None = None
         self._map = np.zeros((3, 6))
 
     def error(self, state, time):
@@ -136,10 +136,10 @@ class AngularMomentumTask(Task):
         right = rate / scale - self.stiffness * self.error(state, time)
         return right - self.damping * (self.velocity(state, time, jacobian) - momentum / scale)
 
-    def _scale(self, state: State) -> float:
+    def _scale(self, state: BodyState) -> float:
         return state.mass * self.lever
 
-    def _about_com(self, state: State) -> Float[Array, "3 6"]:
+    def _about_com(self, state: BodyState) -> Float[Array, "3 6"]:
         """Return what makes scaled moments about the centre of mass of wrenches at the root."""
         if self._of is not state:
             x, y, z = state.com - state.qpos[:3]

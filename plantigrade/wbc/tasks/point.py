@@ -7,10 +7,10 @@ import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.kinematics.state import PointSet, State
+from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.wbc.tasks.task import Target, Task
 
-Directions = Callable[[State, float], Array]
+Directions = Callable[[BodyState, float], Array]
 
 
 class PointTask(Task):
@@ -44,7 +44,7 @@ class PointTask(Task):
         self._known: tuple[object, float] = (None, np.nan)
         self._now = np.zeros((0, 3))
 
-    def _directions(self, state: State, time: float) -> Array:
+    def _directions(self, state: BodyState, time: float) -> Array:
         if not callable(self.directions):
             return np.eye(3) if self.directions is None else self.directions
         if self._known[0] is not state or self._known[1] != time:
@@ -52,7 +52,7 @@ class PointTask(Task):
             self._now = self.directions(state, time)
         return self._now
 
-    def _along(self, state: State, time: float, values: Array) -> Array:
+    def _along(self, state: BodyState, time: float, values: Array) -> Array:
         """Return the parts of vectors (3, ...) along the directions."""
         return values if self.directions is None else self._directions(state, time) @ values
 

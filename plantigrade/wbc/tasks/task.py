@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.kinematics.state import State
+from plantigrade.kinematics.state import BodyState
 from plantigrade.wbc.rows import Rows
 
 Target = Callable[[float], Any] | tuple[Any, Any, Any] | Array | None
@@ -66,19 +66,19 @@ class Task(ABC):
         self.damping = 2.0 * stiffness**0.5 if damping is None else damping
 
     @abstractmethod
-    def error(self, state: State, time: float) -> Float[Array, " n_rows"]:
+    def error(self, state: BodyState, time: float) -> Float[Array, " n_rows"]:
         """Return :math:`e = f(q) - f^*(t)`."""
 
     @abstractmethod
-    def jacobian(self, state: State, time: float) -> Float[Array, "n_rows nv"]:
+    def jacobian(self, state: BodyState, time: float) -> Float[Array, "n_rows nv"]:
         r"""Return :math:`J = \partial f / \partial q` with respect to MuJoCo's velocity."""
 
     @abstractmethod
-    def bias_acceleration(self, state: State, time: float) -> Float[Array, " n_rows"]:
+    def bias_acceleration(self, state: BodyState, time: float) -> Float[Array, " n_rows"]:
         r"""Return :math:`\dot J v`."""
 
     def velocity(
-        self, state: State, time: float, jacobian: Array | None = None
+        self, state: BodyState, time: float, jacobian: Array | None = None
     ) -> Float[Array, " n_rows"]:
         """Return :math:`J v`; :math:`J` may be given where it is known."""
         return (self.jacobian(state, time) if jacobian is None else jacobian) @ state.qvel
@@ -94,18 +94,18 @@ class Task(ABC):
         return target if isinstance(target, tuple) else (target, 0.0, 0.0)
 
     def acceleration(
-        self, state: State, time: float, jacobian: Array | None = None
+        self, state: BodyState, time: float, jacobian: Array | None = None
     ) -> Float[Array, " n_rows"]:
         r"""Return the desired acceleration, :math:`\ddot f^* - \lambda_p e - \lambda_d \dot e`."""
         _, velocity, acceleration = self.aim(time)
         right = acceleration - self.stiffness * self.error(state, time)
         return right - self.damping * (self.velocity(state, time, jacobian) - velocity)
 
-    def rests(self, state: State, time: float) -> bool:
+    def rests(self, state: BodyState, time: float) -> bool:
         """Return whether the task is inactive now."""
         return False
 
-    def begin(self, state: State, time: float) -> bool:
+    def begin(self, state: BodyState, time: float) -> bool:
         """Take note of a new instant, before its rows.
 
         Returns:
@@ -119,7 +119,7 @@ class Task(ABC):
 
     def rows(
         self,
-        state: State,
+        state: BodyState,
         time: float = 0.0,
         *,
         acceleration: Float[Array, " n_rows"] | None = None,
@@ -139,11 +139,11 @@ class Task(ABC):
             acceleration = self.acceleration(state, time, jacobian)
         return self._asks(jacobian, acceleration - self.bias_acceleration(state, time))
 
-    def position_rows(self, state: State, time: float) -> Rows:
+    def position_rows(self, state: BodyState, time: float) -> Rows:
         """Return the rows of a step of the configuration that undoes the error."""
         return self._asks(self.jacobian(state, time), -self.error(state, time))
 
-    def velocity_rows(self, state: State, time: float) -> Rows:
+    def velocity_rows(self, state: BodyState, time: float) -> Rows:
         """Return the rows of the velocity right after a contact has begun."""
         matrix = self.jacobian(state, time)
         return self._asks(matrix, np.zeros(len(matrix)))
