@@ -125,7 +125,7 @@ class PointSupport:
     motion: SurfaceMotion | None = None
 
     def __post_init__(self):
-        """Raise for a normal that is none, and for a sphere on a surface that is not level."""
+        """Refuse a normal whose length is not one, and a sphere on a surface that is not level."""
         if not abs(float(np.linalg.norm(self.normal)) - 1.0) < UNIT_TOLERANCE:
             raise ParameterError(
                 f"the normal {self.normal} of the support of {self.site.name} must have length one"

@@ -94,7 +94,7 @@ def lean_notes(rotations: Float[Array, "n_frames 3 3"]) -> list[str]:
 
 
 def verdict(error: float | None, kind: str) -> str:
-    """Return ``"ok"``, or why what came out cannot be called a fit.
+    """Return ``"ok"``, or why the result cannot be called a fit.
 
     Args:
         error: Mean error that is left [m], where there is one.

@@ -101,7 +101,7 @@ class Condition:
         return replace(self, time=tuple(t + seconds for t in self.time))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return it as JSON can hold it; bounds that are none become None."""
+        """Return it as JSON can hold it; infinite bounds become None."""
         d = asdict(self)
         for key in ("time", "lower", "upper"):
             d[key] = [x if np.isfinite(x) else None for x in d[key]]

@@ -274,7 +274,7 @@ def _place(out: str | Path) -> Path:
 
 
 def _encoded(text: str) -> bytes:
-    """Return a page as UTF-8; bytes of a file's name that are none are shown as escapes."""
+    """Return a page as UTF-8; bytes of a file's name that are not UTF-8 are shown as escapes."""
     try:
         return text.encode()
     except UnicodeEncodeError:

@@ -38,7 +38,7 @@ PARTS = {
     "wrist": ("hand",),
 }
 """Joint or part → bodies of a person that begin there, the first that the body has."""
-MAX_GAP = 0.08  # [s] of a contact between two rests of regions of a foot; a strike is none
+MAX_GAP = 0.08  # [s] gap up to which two contacts of a foot are one; a longer one ends in a strike
 SWING, FLAT, HEEL, TOE = range(4)
 """What a foot does in a frame: it is in the air, flat, on the edge of its heel, of its toes."""
 

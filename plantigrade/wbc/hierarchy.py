@@ -12,14 +12,14 @@ two levels reads :math:`x = A_1^+ b_1 + P_1 (A_2 P_1)^+ (b_2 - A_2 A_1^+ b_1)` (
 [Boukheddimi]_).
 
 Two stages. The recursion is run first; directions in which a level is singular, alone or because
-higher levels hold them, are left to the levels below instead of divided by nearly nothing. One QR
-decomposition tells that a level has none, as is usual; only otherwise are its singular values
-computed. (Damping them, as is usual for one task, would hold them as well: a foot that
-can hardly be moved along the ground by rolling would never begin to roll.) If its answer satisfies
-every inequality it is the answer. Otherwise it is moved to the nearest one that does, within what
-the levels leave free, by the dual method of [Goldfarb1983]_: where all levels can still be met,
-that takes a few small steps. Where a level has to give way, the independent equations that the
-recursion found and all inequalities go to DAQP, which solves the whole hierarchy in one call
+higher levels hold them, are left to the levels below: dividing by their small singular values would
+give huge answers. Usually one QR decomposition tells that a level has none; only otherwise are its
+singular values computed. (Damping them, as is usual for one task, would hold them as well: a foot
+that can hardly be moved along the ground by rolling would never begin to roll.) If its answer
+satisfies every inequality it is the answer. Otherwise it is moved to the nearest one that does,
+within what the levels leave free, by the dual method of [Goldfarb1983]_: where all levels can still
+be met, that takes a few small steps. Where a level has to give way, the independent equations that
+the recursion found and all inequalities go to DAQP, which solves the whole hierarchy in one call
 ([Arnstrom2022]_). DAQP scales every row to unit length, which would weigh the violations of a level
 against each other; one more unknown, fixed at zero, gives all rows of a level the same length
 before.
@@ -41,15 +41,15 @@ geqrf, orgqr, gesdd, posv, trtrs = get_lapack_funcs(
 )
 
 INFINITY = 1e30  # DAQP's infinity
-INEQUALITY_TOLERANCE = 1e-9  # relative violation of an inequality that is none
+INEQUALITY_TOLERANCE = 1e-9  # [1] relative violation up to which an inequality counts as satisfied
 # Of a unit row; DAQP's own 1e-6 lets a lower level push a higher one by as much. Rows that depend
 # on one another can be too tight for the first: then it gives up, or stops short of what a level
 # could reach. Where two levels are missed, or one and rows depend on others, the next is tried too
 # and the better answer taken.
 TOLERANCES = (1e-9, 1e-7)
-LEVEL_TOLERANCE = 1e-5  # violation of a level that is none
-MAX_EXCHANGES = 20  # of holding inequalities and letting them go, at most
-MIN_INDEPENDENT_SHARE = 1e-6  # of a row, outside the span of the others
+LEVEL_TOLERANCE = 1e-5  # [1] relative difference of violations up to which two answers are equal
+MAX_EXCHANGES = 20  # [1] limit of changes of the active set
+MIN_INDEPENDENT_SHARE = 1e-6  # [1] of a row's length, outside the span of the others
 
 
 @dataclass(frozen=True)

@@ -30,8 +30,8 @@ class OrderSettings:
     """Use of the freedom that tasks leave."""
 
     spared_readiness: float = 0.1
-    """Readiness of spared coordinates to serve tasks, that of others being 1. Chosen: nobody
-    walking waves the arms to lift the centre of mass by a millimetre, though the arms could where
+    """Weight of spared coordinates in tasks, relative to the others [1]. Chosen: people who walk do
+    not wave their arms to lift the centre of mass by a millimetre, though the arms could where
     the legs are nearly straight."""
     rest_damping: float = 5.0
     """Damping of the freedom that is left, where there is no posture [1/s]. Chosen."""

@@ -22,8 +22,8 @@ from plantigrade.wbc.shares import (
 
 LIMIT_TOLERANCE = 1e-6
 """Tolerance of a limit, as a part of the limits' range."""
-MAX_EXCHANGES = 8  # Exchanges of torques at their limits, at most
-PULL_TOLERANCE = 1e-9  # A pull back into the limits that is none
+MAX_EXCHANGES = 8  # [1] limit of changes of the set of torques at their limits
+PULL_TOLERANCE = 1e-9  # [1] multiplier below which a limit no longer holds
 MAX_ROUNDS = 8
 """Greatest number of further calls of DAQP, with torques that have passed their limits since."""
 _SENSE = np.array([0, 1, ACTIVE_LOWER_BOUND])

@@ -181,7 +181,7 @@ def run_of(
 
 
 def _failure(vaulted: VaultResult, every: tuple[SearchResult, ...]) -> str:
-    """Return why the best vault is none, and what to do; empty if it is one."""
+    """Return why the best vault failed, and what to do; empty if it succeeded."""
     if not vaulted.contact.left:
         tried = sum(f.evaluations for f in every)
         return (

@@ -162,8 +162,8 @@ class Recovery:
     def opposing_force(self, state: State) -> float:
         """Return the force with which the feet push against each other along the ground [N].
 
-        Positive where they push apart, negative where they pull together; what one foot gives and
-        the other takes moves nobody.
+        Positive where they push apart, negative where they pull together; forces that cancel do not
+        move the person.
         """
         forces = [state.contact_force[: on.size][on, :2].sum(axis=0) for on in self.foot_spheres]
         between = np.diff(self.soles(state.body)[:, :2], axis=0)[0]

@@ -27,7 +27,7 @@ from plantigrade.motion.filters import runs
 
 N_SAMPLES = 60  # between two frames, where the force is looked at
 MAX_COST_EXPONENT = 7.0  # of a force far from ``toward``: keeps the program well posed
-MIN_RISE = 1e-4  # [m] rise of an ankle that is none: with 3 mm jumps rose by 7 to 13 cm, now by 13
+MIN_RISE = 1e-4  # [m] rise up to which a foot stands: jumps rise by 13 cm, with 3 mm by 7 to 13
 N_ACCELERATIONS = 31  # tried at the bottom of a crouch
 FORCE_TOLERANCE = 0.05  # [body weights] of a pull that is the quintic's, not the script's
 

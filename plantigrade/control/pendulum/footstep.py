@@ -27,8 +27,8 @@ class PlanSettings:
     max_lowering: float = 0.2
     """Greatest lowering of the body for a far footstep [leg lengths]."""
     min_lowering: float = 0.04
-    """Distance that legs of a walk give by themselves before the body is lowered [leg lengths]: a
-    walk that nobody disturbs steps as much farther than the recording."""
+    """Extra reach of the legs of a walk before the body is lowered [leg lengths]: an undisturbed
+    walk steps this much farther than the recording."""
 
 
 @dataclass(frozen=True, eq=False)
