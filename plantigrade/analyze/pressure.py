@@ -97,17 +97,23 @@ def distance_outside_hull(
     use = there.any(axis=1) & np.isfinite(point).all(axis=1)
     if not use.any():
         return result
-    every = np.flatnonzero(there[use].any(axis=0))
-    p, x, there = point[use], corners[use][:, every], there[use][:, every]
-    i, j = np.triu_indices(len(every), 1)
+    patterns, kind = np.unique(there[use], axis=0, return_inverse=True)
+    frames = np.flatnonzero(use)
+    for i, pattern in enumerate(patterns):
+        mine = frames[kind.ravel() == i]
+        result[mine] = _outside(point[mine], corners[mine][:, pattern])
+    return result
+
+
+def _outside(p: Float[Array, "n 2"], x: Float[Array, "n k 2"]) -> Float[Array, " n"]:
+    """Return the distances outside hulls of which all corners count [m]."""
+    i, j = np.triu_indices(x.shape[1], 1)
     side = x[:, j] - x[:, i]
     normal = np.stack([side[..., 1], -side[..., 0]], axis=2)
     directions = np.concatenate([normal, -normal, p[:, None] - x], axis=1)
     length = np.linalg.norm(directions, axis=2, keepdims=True)
     directions = directions / np.where(length > 1e-12, length, np.inf)
-    support = np.einsum("ndc,nkc->ndk", directions, x)
-    support = np.where(there[:, None], support, -np.inf).max(axis=2)
+    support = (directions @ x.transpose(0, 2, 1)).max(axis=2)
     distance = np.einsum("ndc,nc->nd", directions, p) - support
     distance = np.where(length[..., 0] > 1e-12, distance, -np.inf).max(axis=1)
-    result[use] = np.where(np.isfinite(distance), distance, 0.0)
-    return result
+    return np.where(np.isfinite(distance), distance, 0.0)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from html import escape
+from math import isfinite
 
 import numpy as np
 
@@ -48,13 +49,13 @@ def linear_scale(a0: float, a1: float, b0: float, b1: float):
 
 def path_data(x, y) -> str:
     """Return SVG path data; NaN lifts the pen. Long curves are thinned to 800 points."""
-    x, y = np.asarray(x), np.asarray(y)
+    x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
     if len(x) > 1600:
         step = -(-len(x) // 800)
         x, y = x[::step], y[::step]
     text, pen = [], False
-    for a, b in zip(x, y, strict=True):
-        if not (np.isfinite(a) and np.isfinite(b)):
+    for a, b in zip(x.tolist(), y.tolist(), strict=True):
+        if not (isfinite(a) and isfinite(b)):
             pen = False
             continue
         text.append(f"{'L' if pen else 'M'}{a:.1f} {b:.1f}")
