@@ -18,10 +18,10 @@ Example:
     >>> from plantigrade.kinematics.trajectory import Trajectory
     >>> from plantigrade.models import Human
     >>> human = Human.create()
-    >>> here = State(human, human.standing()).com
+    >>> here = BodyState(human, human.standing()).com
     >>> down = ComTask(Trajectory.fixed(here - np.array([0.0, 0.0, 0.1])))
     >>> motion = move(human, TaskOrder([[down]]), human.standing(), stop=1.0)
-    >>> round(float(State(human, motion.qpos[-1]).com[2] - here[2]), 3)
+    >>> round(float(BodyState(human, motion.qpos[-1]).com[2] - here[2]), 3)
     -0.1
 """
 

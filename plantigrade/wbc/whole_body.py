@@ -75,7 +75,7 @@ class WholeBody:
         >>> import numpy as np
         >>> human = Human.create()
         >>> program = WholeBody(human)
-        >>> state = State(human, human.standing())
+        >>> state = BodyState(human, human.standing())
         >>> flight = program.solve(state, Touching(), desired=np.zeros(human.model.nv))
         >>> bool(np.allclose(flight.qacc[:3], [0.0, 0.0, -9.80665], atol=0.02))
         True

@@ -163,7 +163,7 @@ def test_feet_on_longer_legs_do_not_cross_and_large_feet_do_not_throw_the_body_u
     soles = [lowest(r.human, r.motion.qpos) for r in (record, short)]
     np.testing.assert_allclose(soles[1], 0.6 * soles[0], atol=0.01)
     time = short.motion.time
-    height = np.array([State(short.human, qpos).com[2] for qpos in short.motion.qpos])
+    height = np.array([BodyState(short.human, qpos).com[2] for qpos in short.motion.qpos])
     fall = -np.gradient(np.gradient(height, time), time)[4:-4]
     assert fall.max() < 0.9 * GRAVITY  # else nobody could walk so
     shank = next(

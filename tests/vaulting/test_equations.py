@@ -91,9 +91,9 @@ def test_machine_code_is_made_where_a_process_has_mapped_much():
     lines = (
         "import torch, numpy as np",
         "from plantigrade.models import Human",
-        "from plantigrade.vaulting import Approach, Segments, Table, Vault",
+        "from plantigrade.vaulting import Approach, Segments, VaultingTable, Vault",
         "human = Human.create(1.66, 63.0, 'male', '42', 'rigid')",
-        "vault = Vault(Segments(human), Table(), Approach())",
+        "vault = Vault(Segments(human), VaultingTable(), Approach())",
         "print(vault.objective(np.zeros((6, 5))))",
     )
     done = subprocess.run([sys.executable, "-c", "\n".join(lines)], capture_output=True, text=True)
