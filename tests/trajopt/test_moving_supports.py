@@ -55,6 +55,9 @@ time = 1.2
 """
 
 
+REST = RIDE[RIDE.index("[[term]]") :]
+
+
 @cache
 def riding() -> Record:
     """A person in a bus that gathers speed, a hand on a rail that also moves to the side."""
@@ -261,3 +264,18 @@ def test_gaits_that_repeat_and_bodies_of_another_plan_are_refused():
     moved = replace(task.plan, motion=carried)
     with pytest.raises(ParameterError, match="moves otherwise"):
         ProblemBuilder(ContactBody.for_plan(HUMAN, task.plan), moved, np.linspace(0.0, 2.0, 5))
+
+
+@pytest.mark.slow
+@pytest.mark.solver
+@pytest.mark.parametrize("acceleration", [1.5, -1.0])
+def test_on_steadily_accelerating_ground_a_person_leans_by_the_tilt_of_gravity(acceleration):
+    steady = f"motion = [[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, {acceleration}, 0.0, 0.0]]"
+    text = RIDE.split("[[support]]")[0].split("motion =")[0] + steady + "\n" + REST
+    task = parse_task_file(text).task(HUMAN)
+    made = synthesize(task.body_of(HUMAN), task)
+    verdict = check(made.record())
+    assert made.success and verdict.status == "ok"
+    lean = (verdict.com - verdict.centre_of_pressure)[len(verdict.time) // 2]
+    tilt = np.arctan(acceleration / HUMAN.gravity)
+    assert np.arctan2(lean[0], lean[2]) == pytest.approx(tilt, abs=np.deg2rad(0.3))
