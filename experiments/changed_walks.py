@@ -37,10 +37,11 @@ from experiments.table import Grid, Row, at_least, at_most, within
 from plantigrade.analyze.curves import gait_curves
 from plantigrade.arrays import Array
 from plantigrade.models import Human
-from plantigrade.trajopt.optimise_timing import optimise_timing
+from plantigrade.trajopt.free_times import find_times
 from plantigrade.trajopt.tasks.gait_parameters import GaitParameters, gait_parameters
 from plantigrade.trajopt.tasks.impairments import Impairments
 from plantigrade.trajopt.tasks.walking import periodic_walk
+from plantigrade.trajopt.tasks.walking_times import free_walking_times, with_walking_times
 
 SPEED = 1.25  # [m/s]
 PLAIN = "level 1.25 m/s"  #: Name of the walk that others are compared with
@@ -53,7 +54,6 @@ MIN_KNEE_FLEXIONS = (15, 30)  # [deg] least flexion of the knees
 QUICK_CHANGES = ("waist 8 kg", "feet 8 kg", "slope 9°")
 JOINTS = ("hip_flexion_r", "knee_angle_r", "ankle_angle_r")
 EFFORT = (1 / 0.25, 1 / 1.2)  # [1] energy for positive and for negative work
-TRIALS = 18  # of the search for times; the cost then changes by less than 1 %
 
 WORK_SHARES = ("positive work in stride", "positive work in stance", "negative work in stance")
 
@@ -117,7 +117,12 @@ def measure(change: Change) -> Result:
 
     timed = solve(human, task(usual))
     run = check_motion(timed)
-    best = optimise_timing(timed.solution.body, task, usual, trials=TRIALS).parameters
+    found = find_times(
+        timed.solution.body,
+        lambda times: task(with_walking_times(usual, times)),
+        free_walking_times(usual),
+    )
+    best = with_walking_times(usual, found.times)
     curves, motion = gait_curves(run.record), run.record.motion
     way = float(np.linalg.norm(motion.qpos[-1, :3] - motion.qpos[0, :3]))
     swing = curves.percent > 65.0

@@ -147,9 +147,9 @@ class _Task(SolveSettings, LiveOptions, Command):
         super().__post_init__()
         if self.live and (self.vary or self.listed):
             raise ParameterError("several motions are a batch, which cannot be --live")
-        slow = [f for f in ("replay", "optimise_timing") if getattr(self, f, False)]
+        slow = [f for f in ("replay", "optimise_timing", "free_time") if getattr(self, f, False)]
         if self.live and (slow or self.restarts > 1):
-            raise ParameterError("replay, restarts and optimise_timing take too long for --live")
+            raise ParameterError("replay, restarts and free times take too long for --live")
 
     @property
     def task(self) -> str | Path:

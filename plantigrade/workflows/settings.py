@@ -3,13 +3,13 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from plantigrade.bounds import AGES, SEEDS, word
+from plantigrade.bounds import AGES, SEEDS, shown, word
 from plantigrade.constants import GRAVITY
-from plantigrade.errors import ParameterError
+from plantigrade.errors import ParameterError, known_names
 from plantigrade.models.person import Person
 from plantigrade.options import (
     Flag,
@@ -18,10 +18,12 @@ from plantigrade.options import (
     OptionalWord,
     Seconds,
     Years,
+    optional,
     refuse_unknown,
 )
+from plantigrade.trajopt.tasks.free_time import FreeTime
 from plantigrade.trajopt.tasks.impairments import Impairments
-from plantigrade.trajopt.tasks.settings import Basis
+from plantigrade.trajopt.tasks.settings import Basis, TaskSettings
 from plantigrade.vaulting.approach import Approach
 from plantigrade.vaulting.table import VaultingTable
 
@@ -243,6 +245,11 @@ class SolveSettings(Impairments, Settings):
     """Number of initial guesses, all but the first with noise; the lowest cost wins."""
     seed: int = 0
     """Random seed of the restarts."""
+    free_time: Annotated[
+        tuple[str, ...], tyro.conf.UseAppendAction, optional("NAME=LEAST:MOST")
+    ] = ()
+    """Parameter of the task that sets times, and the bounds between which the one that costs least
+    is searched, such as duration=1:3; repeatable."""
     replay: Flag = False
     """Also simulate the motion with a controller, with and without pushes (half a minute)."""
 
@@ -257,6 +264,28 @@ class SolveSettings(Impairments, Settings):
         for name in ("gravity", "wrench", "device"):
             if self.replay and getattr(self, name) != getattr(type(self), name):
                 raise ParameterError(f"replay has no {name}: leave out one of both")
+        named = [_bounds_of_time(word)[0] for word in self.free_time]
+        if twice := {name for name in named if named.count(name) > 1}:
+            raise ParameterError(f"free_time {min(twice)} is given twice; give its bounds once")
+
+    def free_times(self, parameters: TaskSettings) -> tuple[FreeTime, ...]:
+        """Return the free times among the parameters of a task; each guess is its value.
+
+        Raises:
+            ParameterError: If one is no time of the task, or its bounds are not allowed.
+        """
+        allowed = list(parameters.times)
+        found = []
+        for name, (least, most) in map(_bounds_of_time, self.free_time):
+            if name not in allowed:
+                raise ParameterError(f"free_time: no time {name!r}; {known_names(name, allowed)}")
+            for bound in (least, most):
+                replace(parameters, **{name: bound})  # refuses what is out of range
+            value = getattr(parameters, name)
+            found.append(
+                FreeTime(name, least, most, (least + most) / 2 if value is None else value)
+            )
+        return tuple(found)
 
     @property
     def words(self) -> list[str]:
@@ -268,6 +297,18 @@ class SolveSettings(Impairments, Settings):
         """Return the person with these loads and soles, where gravity is as given."""
         human = super().person(human)
         return human if self.gravity == 1.0 else human.with_gravity(self.gravity * GRAVITY)
+
+
+def _bounds_of_time(word: str) -> tuple[str, tuple[float, float]]:
+    """Return name and bounds of a free time."""
+    name, _, bounds = word.partition("=")
+    low, _, high = bounds.partition(":")
+    try:
+        return name.strip().replace("-", "_"), (float(low), float(high))
+    except ValueError:
+        raise ParameterError(
+            f"free_time {shown(word)}: write NAME=LEAST:MOST, such as duration=1:3"
+        ) from None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -18,17 +18,19 @@ from plantigrade.models import Human
 from plantigrade.record import Provenance, Record, Run
 from plantigrade.record.provenance import source_files
 from plantigrade.trajopt.diagnose.violations import Violation, pressing
+from plantigrade.trajopt.free_times import FoundTimes, TaskAt, find_times
 from plantigrade.trajopt.guess.walk import with_noise
-from plantigrade.trajopt.optimise_timing import optimise_timing
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.solution import Solution
 from plantigrade.trajopt.solve import Progress, synthesize
-from plantigrade.trajopt.tasks.gait_parameters import GaitParameters, gait_parameters
+from plantigrade.trajopt.tasks.free_time import FreeTime
+from plantigrade.trajopt.tasks.gait_parameters import gait_parameters
 from plantigrade.trajopt.tasks.registry import task_for
 from plantigrade.trajopt.tasks.settings import TASKS, TaskSettings, Walk
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.tasks.task_file import TaskFile
 from plantigrade.trajopt.tasks.walking import periodic_walk
+from plantigrade.trajopt.tasks.walking_times import free_walking_times, with_walking_times
 from plantigrade.trajopt.warm_start import WarmStart
 from plantigrade.workflows.device import compared, without_devices
 from plantigrade.workflows.settings import DEFAULT_JOINTS, PaperSettings, SolveSettings
@@ -74,34 +76,38 @@ def synthesize_task(
         FileError: If the run to start from cannot be read.
     """
     how, origin, began = how or SolveSettings(), origin or Origin(), clock.perf_counter()
-    if isinstance(parameters, Walk) and parameters.optimise_timing:
-        _refuse_beside_timing(how, file)
+    if how.free_time or getattr(parameters, "optimise_timing", False) or (file and file.free_times):
+        _refuse_beside_free_times(how)
     if warm is None and how.warm is not None:
         warm = WarmStart.of_record(Run.load(how.warm).record)
     human = person(how)
     task = the_task(human, parameters, how, file)
     if how.replay and task.plan.moves:
         raise ParameterError("replay has no ground or supports that move: leave out one of both")
+    times, task_at = free_times(human, parameters, how, file)
     strides, without = getattr(parameters, "strides", 1), None
     if task.devices:
         known = str(human.to_dict()), str(parameters), str(replace(how, device=())), str(file)
         without = without_devices(human, task, strides, known)
         warm = warm or without.bare
     body = task.body_of(human) if without is None else without.worn.wearing(task.devices)
-    if isinstance(parameters, Walk) and parameters.optimise_timing:
-        solution, trials = _optimised(body, parameters, how, progress)
+    found = find_times(body, task_at, times, progress=progress) if times else None
+    if found is not None:
+        solution, figures = found.solution, free_time_figures(found)
     else:
         solution, trials = _best(body, task, how, warm, progress)
+        figures = {"restarts": trials}
     prepared = clock.perf_counter() - began - solution.seconds
     name = next(n for n, kind in TASKS.items() if kind is type(parameters))
     text = "" if file is None else file.toml()
     settings = {"task": name, "parameters": asdict(parameters), "file": text, **how.plain()}
     changed = [in_words(name, value) for name, value in parameters.changed.items()]
     words = ", ".join(filter(None, [*changed, *how.words]))
-    run = run_of(
-        solution, settings, origin, strides=strides, words=words, figures={"restarts": trials}
-    )
+    run = run_of(solution, settings, origin, strides=strides, words=words, figures=figures)
     run = replace(run, seconds={**run.seconds, "prepare": prepared})
+    if found is not None:
+        record = replace(run.record, notes=(*run.record.notes, *free_time_notes(found)))
+        run = replace(run, record=record)
     if without is not None:
         run = compared(run, without.record)
     return proven(run) if how.replay else run
@@ -118,14 +124,78 @@ def proven(run: Run) -> Run:
     return replace(run, record=record, figures={**run.figures, **figures}, seconds=seconds)
 
 
-def _refuse_beside_timing(how: SolveSettings, file: TaskFile | None) -> None:
-    """Refuse what means nothing where the timing is optimised: every trial is solved one way."""
-    if file is not None:
-        raise ParameterError("optimise_timing does not apply to a task file")
+def _refuse_beside_free_times(how: SolveSettings) -> None:
+    """Refuse what means nothing where times are free: every trial is solved one way."""
     plain = SolveSettings()
     for name in ("solver", "warm", "restarts"):
         if getattr(how, name) != getattr(plain, name):
-            raise ParameterError(f"{name} has no effect with optimise_timing: leave out one")
+            raise ParameterError(f"{name} has no effect with free times: leave out one")
+
+
+def free_times(
+    human: Human, parameters: TaskSettings, how: SolveSettings, file: TaskFile | None = None
+) -> tuple[tuple[FreeTime, ...], TaskAt]:
+    """Return the free times of a task, none if there are none, and the task by their values.
+
+    Raises:
+        ParameterError: If one is no time of the task, or its bounds or guess are not allowed.
+    """
+    own = how.free_times(parameters)
+    written = () if file is None else file.free_times
+    if isinstance(parameters, Walk) and parameters.optimise_timing:
+        if own or file is not None:
+            raise ParameterError("optimise_timing has its own free times: leave out others")
+        return _walking_times(human, parameters, how)
+    if names := {t.name for t in own} & {t.name for t in written}:
+        raise ParameterError(f"free time {min(names)} is given twice, in the file and beside it")
+
+    def task(values: Mapping[str, float]) -> MotionTask:
+        chosen, then = {t.name: values[t.name] for t in own}, file
+        if file is not None and written:
+            then = file.at(values)
+            kept = {n for n in file.free_parameters if getattr(parameters, n) != file.parameters[n]}
+            chosen = {n: then.parameters[n] for n in file.free_parameters - kept} | chosen
+        return the_task(human, replace(parameters, **chosen), how, then)
+
+    return (*own, *written), task
+
+
+def _walking_times(
+    human: Human, parameters: Walk, how: SolveSettings
+) -> tuple[tuple[FreeTime, ...], TaskAt]:
+    """Return the free times of a periodic walk, and the walk by their values."""
+    chosen = {"step_length": parameters.step_length, "cadence": parameters.cadence}
+    usual = gait_parameters(human, parameters.speed, **chosen)
+
+    def task(values: Mapping[str, float]) -> MotionTask:
+        p = with_walking_times(usual, values)
+        return how.task(human, _refined(periodic_walk(human, p, slope=parameters.slope), how))
+
+    return free_walking_times(usual), task
+
+
+def free_time_figures(found: FoundTimes) -> dict[str, Any]:
+    """Return figures of a search for times."""
+    return {
+        "restarts": 1,
+        "free_times": {name: float(value) for name, value in found.times.items()},
+        "free_times_at_bounds": list(found.at_bounds),
+        "free_times_costs": [float(c) for c in found.costs],
+    }
+
+
+def free_time_notes(found: FoundTimes) -> list[str]:
+    """Return notes about a search for times: what it found, and how it ended."""
+    times = ", ".join(
+        f"{name.replace('_', ' ')} {value:.3g}" for name, value in found.times.items()
+    )
+    notes = [f"Free times that cost least of {len(found.costs)} motions: {times}."]
+    if found.at_bounds:
+        names = ", ".join(name.replace("_", " ") for name in found.at_bounds)
+        notes.append(f"On a bound, beyond which the cost may be lower still: {names}.")
+    if found.stopped:
+        notes.append("The search for times was stopped; this is the best motion so far.")
+    return notes
 
 
 def person(how: SolveSettings | PaperSettings) -> Human:
@@ -192,22 +262,6 @@ def _rank(made: Solution) -> tuple[float, float]:
     if made.success:
         return 0.0, made.objective
     return 1.0, made.stages[-1].history[-1].violation
-
-
-def _optimised(
-    body: ContactBody, parameters: Walk, how: SolveSettings, progress: Progress | None
-) -> tuple[Solution, int]:
-    """Return a periodic walk whose times of contact cost least, and how many were tried."""
-    chosen = {"step_length": parameters.step_length, "cadence": parameters.cadence}
-    start = gait_parameters(body.human, parameters.speed, **chosen)
-
-    def task(p: GaitParameters) -> MotionTask:
-        return how.task(
-            body.human, _refined(periodic_walk(body.human, p, slope=parameters.slope), how)
-        )
-
-    found = optimise_timing(body, task, start, progress=progress)
-    return found.solution, len(found.costs)
 
 
 def synthesize_paper(

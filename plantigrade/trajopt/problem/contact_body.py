@@ -126,17 +126,30 @@ class ContactBody:
         worn = {"braces": braces, "wrenches": wrenches, "devices": devices}
         return cls(human, (*foot_sites(human), *places.values()), plan=plan, **worn)
 
-    def wearing(self, devices: Sequence[Worn]) -> "ContactBody":
+    def wearing(
+        self,
+        devices: Sequence[Worn],
+        wrenches: Sequence[Acting] | None = None,
+        plan: ContactPlan | None = None,
+    ) -> "ContactBody":
         """Return the same body with other devices at the same joints; functions are shared.
 
+        Args:
+            wrenches: Other wrenches at the same points; its own if absent.
+            plan: The same contacts at other times; its own if absent.
+
         Raises:
-            ParameterError: If they are at other joints.
+            ParameterError: If they are at other joints or points.
         """
-        mine, theirs = ([d.coordinate for d in x] for x in (self.external.devices, devices))
+        own = self.external
+        mine, theirs = ([d.coordinate for d in x] for x in (own.devices, devices))
         if mine != theirs:
             raise ParameterError(f"devices at {theirs}, and the body was made for {mine}")
+        wrenches = own.wrenches if wrenches is None else wrenches
+        if [w.point for w in wrenches] != [w.point for w in own.wrenches]:
+            raise ParameterError("wrenches at other points than those the body was made for")
         other = copy(self)
-        other.external = External(self.external.wrenches, devices, self.external.plan)
+        other.external = External(wrenches, devices, own.plan if plan is None else plan)
         return other
 
     def tissue(self, q: Any, v: Any) -> list[Any]:

@@ -17,6 +17,7 @@ contains no recording.
 
 import numpy as np
 
+from plantigrade.bounds import number
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.models import Human
 from plantigrade.trajopt.guess.walk import crude_guess
@@ -74,14 +75,22 @@ def run(human: Human, parameters: Run) -> MotionTask:
 
 
 def running_plan(human: Human, parameters: Run) -> ContactPlan:
-    """Return one stance and the flight after it, mirrored from step to step."""
+    """Return one stance and the flight after it, mirrored from step to step.
+
+    Raises:
+        ParameterError: If the time of contact leaves no flight.
+    """
     length, speed = leg_length(human), parameters.speed
     slower = float(np.sqrt(length / REFERENCE_LEG))  # [1] times of longer legs are longer
     faster = speed / REFERENCE_SPEED
     cadence = parameters.cadence or CADENCE * faster**CADENCE_EXPONENT / slower
     step = 60.0 / cadence
     contact = (CONTACT_TIME + CONTACT_SLOPE * (speed - REFERENCE_SPEED)) * slower
-    contact = min(contact, (1.0 - MIN_FLIGHT_SHARE) * step)
+    most = (1.0 - MIN_FLIGHT_SHARE) * step
+    contact = min(contact, most)
+    if parameters.contact_time is not None:
+        contact = parameters.contact_time
+        number("contact_time", contact, 0.0, most, "s", f"running at {60.0 / step:.0f} steps/min")
     place = (0.0, -STEP_WIDTH_SHARE * length / 2, 0.0)
     flat, heel, ball = (share * contact for share in STANCE_SHARES)
     stance = Stance(Footprint("r", place, -TOE_OUT), 0.0, flat, heel, ball, contact)

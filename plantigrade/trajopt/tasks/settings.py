@@ -5,7 +5,7 @@ depend on the person, such as the height of a chair, are set where the task is b
 """
 
 from dataclasses import dataclass, fields
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from plantigrade.bounds import Bounded, number, word
 from plantigrade.errors import ParameterError, known_names
@@ -35,6 +35,9 @@ MAX_DURATION = 20.0  #: Maximum duration of a movement in place [s]
 class TaskSettings(Bounded):
     """Parameters of a task; values out of range raise a ParameterError."""
 
+    times: ClassVar[tuple[str, ...]] = ("duration",)
+    """Parameters that set times, which may be free."""
+
     def __post_init__(self):
         """Refuse values of another type, or out of range."""
         super().__post_init__()
@@ -53,6 +56,7 @@ class Walk(TaskSettings):
     """Walk, from standing to standing or periodically; straight, turning, uphill or on steps."""
 
     activity = "walking"
+    times = ("step_length", "cadence")
     ranges = {
         "speed": (MIN_WALKING_SPEED, MAX_WALKING_SPEED, "m/s"),
         "step_length": (0.01, 3, "m"),
@@ -126,6 +130,7 @@ class WalkBackward(TaskSettings):
     """Walk backward, periodically and straight."""
 
     activity = "walking backward"
+    times = ("step_length", "cadence")
     ranges = {
         "speed": (MIN_WALKING_SPEED, 1.6, "m/s"),
         "step_length": (0.01, 3, "m"),
@@ -148,6 +153,7 @@ class WalkSideways(TaskSettings):
     """Walk sideways, periodically: one foot steps out, the other closes."""
 
     activity = "walking sideways"
+    times = ("cadence",)
     ranges = {
         "speed": (0.1, 1.0, "m/s"),
         "cadence": (30, 200, "steps/min"),
@@ -169,13 +175,16 @@ class Run(TaskSettings):
     """Run, periodically and straight, with flight between the steps."""
 
     activity = "running"
+    times = ("cadence", "contact_time")
     ranges = {"speed": (2.0, 5.0, "m/s"), "cadence": (120, 240, "steps/min"),
-              "strides": (1, 100, "")}  # fmt: skip
+              "contact_time": (0.1, 0.5, "s"), "strides": (1, 100, "")}  # fmt: skip
 
     speed: float = 3.0
     """Running speed [m/s]."""
     cadence: Cadence = None
     """Cadence [steps/min]; by default what runners prefer at this speed."""
+    contact_time: Seconds = None
+    """Time of a foot on the ground [s]; by default what runners have at this speed."""
     strides: int = 2
     """Number of strides to write."""
 
@@ -185,6 +194,7 @@ class Hop(TaskSettings):
     """Hop on the spot, on both legs or on one."""
 
     activity = "hopping"
+    times = ("hops_per_minute",)
     ranges = {"hop_height": (0.01, 0.3, "m"), "hops_per_minute": (60, 240, ""),
               "strides": (1, 100, "")}  # fmt: skip
 
@@ -208,6 +218,7 @@ class SitToStand(TaskSettings):
     """Rise from a chair."""
 
     activity = "standing up or sitting down"
+    times = ("duration", "seat_off")
     ranges = {
         "chair_height": (0.1, 2, "m"),
         "duration": (0.5, MAX_DURATION, "s"),
@@ -329,6 +340,7 @@ class Pushing(TaskSettings):
     """Push-off of a jump."""
 
     activity = "a jump"
+    times = ("push",)
     ranges = {"depth": (0.01, 1, "m"), "push": (0.4, 10, "s")}
 
     depth: Metres = None
@@ -341,6 +353,7 @@ class Pushing(TaskSettings):
 class Jump(Pushing):
     """Jump from standing and land."""
 
+    times = ("push", "landing")
     ranges = {
         **Pushing.ranges,
         "jump_height": (0.02, 1.2, "m"),

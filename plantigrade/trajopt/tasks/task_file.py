@@ -22,6 +22,15 @@ A file names a task to start from, sets its parameters, and adds or takes away t
     body = "head"
     turning = 0.2
 
+A time may be free, within bounds; the one that costs least is then searched. It is named once, and
+its name stands wherever a time follows from it::
+
+    [free_times]
+    up = { least = 0.8, most = 2.5, guess = 1.5 }
+
+    [parameters]
+    duration = "up + 0.5"
+
 The base ``"standing"``, a person on both feet, is the one to build on with stances and postures of
 one's own. All numbers are in SI units; a key ending in ``_deg`` is in degrees.
 """
@@ -43,6 +52,7 @@ from plantigrade.errors import FileError, ParameterError, did_you_mean, known_na
 from plantigrade.models import Human
 from plantigrade.toml import parse_toml, read_toml
 from plantigrade.trajopt.guess.postures import standing_feet
+from plantigrade.trajopt.tasks.free_time import FreeTime
 from plantigrade.trajopt.tasks.impairments import Impairments
 from plantigrade.trajopt.tasks.registry import make_task
 from plantigrade.trajopt.tasks.settings import TASKS
@@ -82,9 +92,34 @@ MAX_FRICTION = 2.0  # [1] maximum coefficient of friction of a support; rubber o
 _TASK = ("name", "base", "without", "gravity", "nodes_per_second", "basis")
 _TIMES = ("heel_strike", "foot_flat", "heel_off", "forefoot_off", "toe_off")
 _STANCE = ("side", "x", "y", "height", "heading", *_TIMES)
-_SUPPORT = ("part", "place", "normal", "friction", "start", "stop", "motion")
-_TOP = ("task", "parameters", "impairments", "ground", "term", "stance", "support")
+_SUPPORT_TIMES = ("start", "stop")
+_SUPPORT = ("part", "place", "normal", "friction", *_SUPPORT_TIMES, "motion")
+_FREE = ("least", "most", "guess")
+_TERM_TIMES = ("time", "start", "stop")
+_EXPRESSION = re.compile(r"\s*([A-Za-z]\w*)\s*(?:([+-])\s*(\d+(?:\.\d*)?|\.\d+)\s*)?")
+"""A free time, and what is added to it or taken from it [s]."""
+_TOP = (
+    "task", "free_times", "parameters", "impairments", "ground", "term", "stance", "support",
+)  # fmt: skip
 _MOTION = "motion = [[0.5, 0.0, 0.0, 0.0], [2.0, 0.0, 0.2, 0.0]], rows of time and displacement"
+
+
+@dataclass(frozen=True)
+class TimeUse:
+    """A time in a file that follows from a free one."""
+
+    table: str  #: Field of the file: parameters, stances, supports or added
+    entry: int  #: Which of the entries of that field; 0 of the parameters
+    key: str  #: Which of its keys
+    name: str  #: Name of the free time
+    later: float = 0.0  #: What is added to it [s]
+
+    @property
+    def text(self) -> str:
+        """The time as the file has it."""
+        if not self.later:
+            return self.name
+        return f"{self.name} {'-' if self.later < 0 else '+'} {abs(self.later):g}"
 
 
 @dataclass(frozen=True)
@@ -105,6 +140,8 @@ class TaskFile:
     gravity: float | None = None  #: Relative to the earth's; the earth's if None
     nodes_per_second: float | None = None  #: The base's if None
     basis: str | None = None  #: ``"trigonometric"`` or ``"polynomial"``; the base's if None
+    free_times: tuple[FreeTime, ...] = ()  #: Times that are searched; entries have their guesses
+    uses: tuple[TimeUse, ...] = ()  #: Where the free times are used
 
     def task(self, human: Human) -> MotionTask:
         """Return the task of a person.
@@ -122,6 +159,33 @@ class TaskFile:
         task = replace(task, name=self.name, terms=(*kept, *more), **self._mesh())
         task = with_supports(task, tuple(_support(human, s) for s in self.supports))
         return task if self.ground is None else on_moving_ground(task, self.ground, human.gravity)
+
+    @property
+    def free_parameters(self) -> frozenset[str]:
+        """Names of the parameters that follow from free times."""
+        return frozenset(use.key for use in self.uses if use.table == "parameters")
+
+    def at(self, times: Mapping[str, float]) -> "TaskFile":
+        """Return the file with values of its free times, by name, in which none is free [s]."""
+        filled = self._filled({use: times[use.name] + use.later for use in self.uses})
+        return replace(filled, free_times=(), uses=())
+
+    def _filled(self, values: Mapping[TimeUse, Any]) -> "TaskFile":
+        """Return the file with something in place of the uses of its free times."""
+        parameters = dict(self.parameters)
+        stances, supports = ([dict(x) for x in each] for each in (self.stances, self.supports))
+        added = [(name, dict(arguments)) for name, arguments in self.added]
+        entries = {"stances": stances, "supports": supports, "parameters": [parameters]}
+        entries["added"] = [arguments for _, arguments in added]
+        for use, value in values.items():
+            entries[use.table][use.entry][use.key] = value
+        return replace(
+            self,
+            parameters=parameters,
+            stances=tuple(stances),
+            supports=tuple(supports),
+            added=tuple(added),
+        )
 
     @property
     def options(self) -> dict[str, Any]:
@@ -142,18 +206,22 @@ class TaskFile:
         if self.gravity is not None:
             head["gravity"] = self.gravity
         parts = [table("[task]", head | self._mesh())]
+        if self.free_times:
+            bounds = {t.name: {k: getattr(t, k) for k in _FREE} for t in self.free_times}
+            parts.append(table("[free_times]", bounds))
+        written = self._filled({use: use.text for use in self.uses})
         if self.parameters:
-            parts.append(table("[parameters]", self.parameters))
+            parts.append(table("[parameters]", written.parameters))
         if self.impairments:
             words = {k: list(v) for k, v in self.impairments.items()}
             parts.append(table("[impairments]", words))
         if self.ground is not None:
             parts.append(table("[ground]", {"motion": self.ground.rows}))
-        parts += [table("[[stance]]", s) for s in self.stances]
-        for support in self.supports:
+        parts += [table("[[stance]]", s) for s in written.stances]
+        for support in written.supports:
             moved = {"motion": support["motion"].rows} if "motion" in support else {}
             parts.append(table("[[support]]", {**support, **moved}))
-        parts += [table("[[term]]", {"type": n, **a}) for n, a in self.added]
+        parts += [table("[[term]]", {"type": n, **a}) for n, a in written.added]
         return "\n".join(parts)
 
 
@@ -179,7 +247,7 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
     if not head:
         remedy = 'write [task] with base = "squat" or another task'
         raise reader.wrong("[task]", "is missing", remedy)
-    for key in ("task", "parameters", "impairments", "ground"):
+    for key in ("task", "free_times", "parameters", "impairments", "ground"):
         if not isinstance(document.get(key, {}), dict):
             raise reader.wrong(key, "must be a table", f"write it as [{key}]")
     for key in ("term", "stance", "support"):
@@ -187,6 +255,8 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
         if not isinstance(entries, list) or not all(isinstance(e, dict) for e in entries):
             raise reader.wrong(key, "must be tables", f"write each as [[{key}]]")
     header = reader.head(head)
+    free = reader.free_times(document.get("free_times", {}))
+    document, uses = reader.guessed(document, free, TASKS[header["base"]].times)
     parameters = in_radians(document.get("parameters", {}))
     reader.known("[parameters]", parameters, [f.name for f in fields(TASKS[header["base"]])])
     parameters = {k: tuple(v) if isinstance(v, list) else v for k, v in parameters.items()}
@@ -210,6 +280,8 @@ def parse_task_file(text: str, path: str | Path = "task.toml") -> TaskFile:
         stances=tuple(reader.stance(i, entry) for i, entry in stances),
         supports=tuple(reader.support(i, entry) for i, entry in supports),
         ground=reader.motion("[ground]", ground["motion"]) if ground else None,
+        free_times=free,
+        uses=uses,
     )
 
 
@@ -270,6 +342,66 @@ class _Reader:
             raise self.no_term("[task] without", f"is {shown(without)}", names)
         mesh = {"nodes_per_second": None if rate is None else float(rate), "basis": basis}
         return {"name": name, "base": base, "without": tuple(without), "gravity": gravity, **mesh}
+
+    def free_times(self, given: Mapping[str, Any]) -> tuple[FreeTime, ...]:
+        """Return the free times; where no guess is given, it is in the middle."""
+        found = []
+        for name, bounds in given.items():
+            where = f"[free_times] {name}"
+            if not _EXPRESSION.fullmatch(name) or not isinstance(bounds, dict):
+                raise self.wrong(where, "is no free time", "write up = { least = 1.0, most = 3.0 }")
+            self.known(where, bounds, _FREE)
+            for key in ("least", "most"):
+                if key not in bounds:
+                    raise self.wrong(where, f"{key} is missing")
+            for key, value in bounds.items():
+                if not is_number(value):
+                    raise self.wrong(where, f"{key} is {shown(value)}", "a number is needed")
+            least, most = float(bounds["least"]), float(bounds["most"])
+            guess = float(bounds.get("guess", (least + most) / 2))
+            try:
+                found.append(FreeTime(name, least, most, guess))
+            except ParameterError as error:
+                raise self.wrong("[free_times]", str(error)) from error
+        return tuple(found)
+
+    def guessed(
+        self, document: Mapping[str, Any], free: Sequence[FreeTime], parameters: Sequence[str]
+    ) -> tuple[dict[str, Any], tuple[TimeUse, ...]]:
+        """Return a document with guesses in place of its free times, and where they are used."""
+        guesses, uses = {t.name: t.guess for t in free}, []
+        out = dict(document)
+        for key, field_name, times in (
+            ("parameters", "parameters", parameters),
+            ("stance", "stances", _TIMES),
+            ("support", "supports", _SUPPORT_TIMES),
+            ("term", "added", _TERM_TIMES),
+        ):
+            given = document.get(key, {} if key == "parameters" else [])
+            entries = [dict(x) for x in ([given] if key == "parameters" else given)]
+            for i, entry in enumerate(entries):
+                for name in times:
+                    word = entry.get(name)
+                    if isinstance(word, str):
+                        use = self._use(TimeUse(field_name, i, name, word), guesses)
+                        uses.append(use)
+                        entry[name] = guesses[use.name] + use.later
+            if key in document:
+                out[key] = entries[0] if key == "parameters" else entries
+        unused = [t.name for t in free if t.name not in {use.name for use in uses}]
+        if unused:
+            raise self.wrong(f"[free_times] {unused[0]}", "is used nowhere", f'write "{unused[0]}" '
+                             "in place of a time")  # fmt: skip
+        return out, tuple(uses)
+
+    def _use(self, use: TimeUse, guesses: Mapping[str, float]) -> TimeUse:
+        """Return the use of a free time, of which ``name`` is still the expression."""
+        found = _EXPRESSION.fullmatch(use.name)
+        name = found[1] if found else use.name
+        if found is None or name not in guesses:
+            remedy = f"free times are {', '.join(guesses)}" if guesses else "a number is needed"
+            raise self.wrong(use.key, f"is {shown(use.name)}", remedy)
+        return replace(use, name=name, later=float((found[2] or "+") + (found[3] or "0")))
 
     def impairments(self, given: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
         """Return the options that ``[impairments]`` gives."""
@@ -362,6 +494,12 @@ class _Reader:
 def _support(human: Human, given: Mapping[str, Any]) -> PointSupport:
     """Return a support, from before the start to after the end where no times are given."""
     normal = np.array(given.get("normal", UP))
+    start, stop = given.get("start", -1.0), given.get("stop", FOR_EVER)
+    if not start < stop:
+        raise ParameterError(
+            f"the support of {given['part']} would stop at {stop:g} s, before it starts at "
+            f"{start:g} s"
+        )
     x, y, z = map(float, normal / np.linalg.norm(normal))
     level = (x, y, z) == UP and abs(given["place"][2]) < SAME_HEIGHT
     on_ground = level and "motion" not in given
@@ -369,8 +507,8 @@ def _support(human: Human, given: Mapping[str, Any]) -> PointSupport:
     return PointSupport(
         site,
         given["place"],
-        given.get("start", -1.0),
-        given.get("stop", FOR_EVER),
+        start,
+        stop,
         (x, y, z),
         given.get("friction"),
         LYING_PITCHES.get(site.part, 0.0),
