@@ -382,6 +382,7 @@ def synthesize(
     optimise_timing: bool = False,
     strides: int = ...,
     side: Literal["r", "l"] = "r",
+    contact_time: float | None = None,
     legs: Literal["both", "r", "l"] = "both",
     hop_height: float = 0.05,
     hops_per_minute: float = 132.0,
@@ -437,6 +438,7 @@ def synthesize(
     warm: str | Path | None = None,
     restarts: int = 1,
     seed: int = 0,
+    free_time: Sequence[str] = (),
     replay: bool = False,
 ) -> Run: ...
 def synthesize_many(
@@ -465,6 +467,7 @@ def synthesize_many(
     optimise_timing: bool = False,
     strides: int = ...,
     side: Literal["r", "l"] = "r",
+    contact_time: float | None = None,
     legs: Literal["both", "r", "l"] = "both",
     hop_height: float = 0.05,
     hops_per_minute: float = 132.0,
@@ -520,6 +523,7 @@ def synthesize_many(
     warm: str | Path | None = None,
     restarts: int = 1,
     seed: int = 0,
+    free_time: Sequence[str] = (),
     replay: bool = False,
 ) -> Batch: ...
 def vault(

@@ -356,6 +356,11 @@ def summary(folder: Path, metrics: dict[str, Any]) -> str:
             f"{m['rmse_max_limit_deg']:g}°), ranges of motion within {m['rom_error_max_deg']:.1f}° "
             f"(at most {m['rom_error_max_limit_deg']:g}°)"
         )
+    if m.get("free_times"):
+        rows["free times"] = ", ".join(
+            f"{name.replace('_', ' ')} {value:.3g}" for name, value in m["free_times"].items()
+        )
+        rows["free times"] += f" cost least of {len(m['free_times_costs'])} motions"
     if m.get("walking_speed_m_s") is not None:
         rows["walk"] = (
             f"{m['walking_speed_m_s']:.2f} m/s, {m['cadence_steps_min']:.0f} steps/min, "

@@ -101,7 +101,10 @@ def synthesize_task(
     name = next(n for n, kind in TASKS.items() if kind is type(parameters))
     text = "" if file is None else file.toml()
     settings = {"task": name, "parameters": asdict(parameters), "file": text, **how.plain()}
-    changed = [in_words(name, value) for name, value in parameters.changed.items()]
+    free = {t.name for t in times} | (file.free_parameters if file else set())
+    given = {name: x for name, x in parameters.changed.items() if name not in free}
+    changed = [in_words(name, value) for name, value in given.items()]
+    changed += [] if found is None else free_time_words(found)
     words = ", ".join(filter(None, [*changed, *how.words]))
     run = run_of(solution, settings, origin, strides=strides, words=words, figures=figures)
     run = replace(run, seconds={**run.seconds, "prepare": prepared})
@@ -184,15 +187,17 @@ def free_time_figures(found: FoundTimes) -> dict[str, Any]:
     }
 
 
+def free_time_words(found: FoundTimes) -> list[str]:
+    """Return the times that were found, in words."""
+    return [f"{name.replace('_', ' ')} {value:.3g} found" for name, value in found.times.items()]
+
+
 def free_time_notes(found: FoundTimes) -> list[str]:
-    """Return notes about a search for times: what it found, and how it ended."""
-    times = ", ".join(
-        f"{name.replace('_', ' ')} {value:.3g}" for name, value in found.times.items()
-    )
-    notes = [f"Free times that cost least of {len(found.costs)} motions: {times}."]
+    """Return what the user should know of a search for times."""
+    notes = []
     if found.at_bounds:
-        names = ", ".join(name.replace("_", " ") for name in found.at_bounds)
-        notes.append(f"On a bound, beyond which the cost may be lower still: {names}.")
+        names = " and ".join(name.replace("_", " ") for name in found.at_bounds)
+        notes.append(f"On a bound, beyond which the cost may be lower: {names}.")
     if found.stopped:
         notes.append("The search for times was stopped; this is the best motion so far.")
     return notes
