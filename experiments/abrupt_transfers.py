@@ -16,7 +16,7 @@ from plantigrade.analyze.statistics import compare_curves
 from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
-from plantigrade.dynamics.force_program import ForceScales
+from plantigrade.dynamics.force_scales import ForceScales
 from plantigrade.dynamics.force_windows import solve_in_windows
 from plantigrade.dynamics.loading import find_loading
 from plantigrade.dynamics.required_forces import required_forces

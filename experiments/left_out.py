@@ -17,7 +17,7 @@ from plantigrade.analyze.gait_forces import STANCE_LOAD, ForceComparison, compar
 from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.dynamics.force_program import ForceScales
+from plantigrade.dynamics.force_scales import ForceScales
 from plantigrade.dynamics.ground_forces import estimate_forces
 from plantigrade.dynamics.inverse import inverse_dynamics
 from plantigrade.dynamics.loading import find_loading, usual_length

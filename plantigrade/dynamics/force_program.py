@@ -1,13 +1,12 @@
-"""The quadratic program of ground forces: scales, contacts, solving, noise."""
+"""The quadratic program of ground forces: solving, noise, abrupt transfers."""
 
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from plantigrade.arrays import root_mean_square
-from plantigrade.constants import FRICTION, SIDES
+from plantigrade.constants import FRICTION
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.force_bands import (
     NOISE_TIME,
@@ -16,12 +15,13 @@ from plantigrade.dynamics.force_bands import (
     errors_without_gait,
     spread_of,
 )
-from plantigrade.dynamics.force_rows import N_GLOBAL, ForceLayout, PathPrior, limits, objective
-from plantigrade.dynamics.loading import Support, completed, usual_length
+from plantigrade.dynamics.force_contacts import contact_frames, lasting, told
+from plantigrade.dynamics.force_rows import N_GLOBAL, ForceLayout, limits, objective
+from plantigrade.dynamics.force_scales import ForceScales
+from plantigrade.dynamics.loading import Support, completed
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.quadratic import solve_quadratic
-from plantigrade.dynamics.required_forces import MIN_LEVEL_DIFFERENCE, RequiredForces
-from plantigrade.dynamics.usual_stance import LEAN, PHASE, UsualStance
+from plantigrade.dynamics.required_forces import RequiredForces
 from plantigrade.models import Human
 from plantigrade.motion.filters import runs
 
@@ -33,10 +33,6 @@ MAX_NOISE_ROUNDS = 3  # [1] maximum number of solutions while the noise estimate
 NOISE_ROUGHNESS = (2 * np.pi * 5.0) ** 2 / np.sqrt(5.0)
 # [1] residuals of the rows in recordings with little noise, relative to the expected ones
 USUAL_RESIDUALS = (1.0, 1.0, 1.0, 0.85, 0.7, 1.0)
-MAX_CONTACT_LEAN = -0.15
-"""Largest median forward lean of shanks at heel strike with which they show the path [rad]. Walks
-of seven people with markers have -0.37 to -0.21, 16 walks in skeleton files -0.24 to 0.30."""
-FLAT_FOOT_COP = (0.02, 0.009)  # lateral position for a flat foot [foot lengths] and its SD [m]
 SEAT_BENDING = 5.0  # [1] factor of the curvature of forces near seat-off and seat-on
 SEAT_BENDING_TIME = 0.1  # [s] duration of this factor
 # [1] factor of the curvature of forces in a double support with abrupt load transfer
@@ -44,72 +40,8 @@ ABRUPT_BENDING = 3.0
 # [1] minimum decrease of the misfit for this factor, in squared standard deviations of independent
 # rows; six recordings gain up to 6, with 1 mm and 0.3° of noise up to 10, abrupt transfers 10 to 50
 MIN_MISFIT_GAIN = 12.0
-# [1] vertical noise of the net force in other movements and running relative to walking; settled on
-# the squats, chair and jumps of one person
-OTHER_SWAY = 1.5
 MISFIT_MARGIN = 0.03  # [s] margin of a double support for its misfit
 MOTION_BLOCKS = ("force", "moment", "noise", "path", "side", "free")  # rows of motion and feet
-# [m] standard deviation of the centre of pressure on a seat, forward and lateral
-SEAT_COP_SPREAD = (0.04, 0.035)
-
-
-@dataclass(frozen=True)
-class ForceScales:
-    """Scales of the rows of the program; forces in body weights (BW)."""
-
-    force: tuple[float, float, float] = (0.005, 0.005, 0.01)  #: Net force [BW]
-    moment: float = 0.004  #: Net moment about the centre of mass [BW m]
-    #: Noise of the net force [BW]; the vertical one is 1.5 times as large outside walking
-    sway: tuple[float, float, float] = (0.02, 0.02, 0.016)
-    turn: float = 0.01  #: Noise of the net moment [BW m]
-    shift: tuple[float, float, float] = (0.012, 0.012, 0.005)  #: Shift of the centre of mass [m]
-    rate: float = 0.7  #: Rate of joint moments [BW m/s]
-    bend: tuple[float, float, float] = (25.0, 25.0, 50.0)  #: Second derivative of forces [BW/s²]
-    #: Second derivative of foot moments [BW m/s²]
-    twist: tuple[float, float, float] = (15.0, 15.0, 3.0)
-    free: float = 0.007  #: Free moment [BW m]
-    shear: float = 0.1  #: Horizontal force of a seat [BW]
-    path: float = 1.5  #: Deviation of the centre of pressure from its mean path, in its SD [1]
-    side: float = 0.02  #: Deviation of the lateral force from its mean [BW]
-    offset: tuple[float, float] = (0.010, 0.010)  #: Constant offset of a foot's path [m]
-    #: Deviation of the load of a foot from its usual share in double support [BW]: events are known
-    #: to 10 ms, in which a fifteenth of the weight changes feet
-    share: float = 0.06
-    effort: float = np.inf  #: Joint moments relative to strength [1]
-    loading: float = 20.0  #: Maximum rate of loading after contact [BW/s]
-    pace: float = 1.0  #: Ratio of the motion's frequencies to those of walking [1]
-    most_free: float = 0.02  #: Maximum free moment per vertical force [m]
-    usual: UsualStance = UsualStance()  #: What feet of walkers usually do
-
-    @classmethod
-    def of(cls, *, walks: bool, pace: float = 1.0) -> "ForceScales":
-        """Return the scales for an activity.
-
-        Without walking, both feet may stand for long, and the motion does not determine their load
-        sharing and internal forces; the minimum sum of squared activations is then selected
-        [Crowninshield1981]_.
-
-        Running and jumps contain higher frequencies, ``pace`` times those of walking. Rates are
-        ``pace`` times and second derivatives ``pace**2`` times as large; the same factor applies to
-        errors of the net wrench from masses and soft tissue. The loading rate of landing runners
-        and jumpers reaches 100 BW/s.
-        """
-        usual = cls(effort=np.inf if walks else 1.0)
-        if walks and pace == 1.0:
-            return usual
-        usual = replace(usual, sway=(*usual.sway[:2], OTHER_SWAY * usual.sway[2]))
-        if pace == 1.0:
-            return usual
-        return replace(
-            usual,
-            force=tuple(pace**2 * f for f in usual.force),
-            moment=pace**2 * usual.moment,
-            rate=pace * usual.rate,
-            bend=tuple(pace**2 * b for b in usual.bend),
-            twist=tuple(pace**2 * b for b in usual.twist),
-            loading=100.0,
-            pace=pace,
-        )
 
 
 class ForceProgram:
@@ -141,15 +73,15 @@ class ForceProgram:
         beyond = max(0, int(np.ceil(more / self.dt)))
         self.inside = slice(beyond, beyond + n)
         wide = needs.held(beyond, beyond)
-        whole = tuple(_lasting(c, (beyond + 1) * self.dt) for c in whole)
-        contact, ramp, path = _contact_frames(
+        whole = tuple(lasting(c, (beyond + 1) * self.dt) for c in whole)
+        contact, ramp, path = contact_frames(
             wide, whole, supports, scales, human.dimensions.foot_length
         )
         self.known = np.zeros(contact.shape, bool)
         measured = np.zeros((*contact.shape, 6))
         if data is not None:
             now = self.inside
-            self.known[now, :2], measured[now, :2], carried = _told(data, needs)
+            self.known[now, :2], measured[now, :2], carried = told(data, needs)
             contact[now, :2] = np.where(self.known[now, :2], carried, contact[now, :2])
         contact[:beyond] &= contact[beyond]
         contact[beyond + n :] &= contact[beyond + n - 1]
@@ -331,100 +263,3 @@ class ForceProgram:
         whole = np.zeros((self.layout.size, self.moved.shape[1]))
         whole[self.unknown] = self.moved
         return spread_of(self.needs, self.wrench, self._by_foot(whole), MIN_PRESSURE_LOAD)
-
-
-def _lasting(contact: ContactInterval, more: float) -> ContactInterval:
-    """Return a contact, extended by ``more`` [s] beyond an end of the recording that cuts it."""
-    start = contact.start if contact.begins else contact.start - more
-    return replace(contact, start=start, stop=contact.stop if contact.ends else contact.stop + more)
-
-
-def _contact_frames(needs: RequiredForces, contacts, supports, scales: ForceScales, length: float):
-    """Return contact frames and maximum loads (n, k), and the path prior."""
-    time = needs.time
-    names = (*SIDES, *(support.name for support in supports))
-    n, m = len(time), len(names)
-    contact, ramp = np.zeros((n, m), bool), np.full((n, m), np.inf)
-    mean, spread = np.full((n, m, 2), np.nan), np.ones((n, m, 2))
-    side, forward = np.full((n, m), np.nan), np.zeros((n, m, 2))
-    usual, curves = usual_length(contacts), scales.usual
-    over_time = scales.pace > 1.0 or not _leans_back(needs, contacts)
-    for each in contacts:
-        k, here = names.index(each.side or each.region), each.frames(time)
-        contact[here, k] = True
-        t, limit = time[here], np.full(int(here.sum()), np.inf)
-        if each.begins:
-            limit = np.minimum(limit, t - each.start)
-        if each.ends:
-            limit = np.minimum(limit, each.stop - t)
-        ramp[here, k] = 0.01 + scales.loading * limit
-        if not each.side:
-            ramp[here, k] = np.inf
-            mean[here, k], spread[here, k] = 0.0, np.array(SEAT_COP_SPREAD)
-            continue
-        outward = -1.0 if each.side == "r" else 1.0
-        mean[here, k, 1], spread[here, k, 1] = outward * length * FLAT_FOOT_COP[0], FLAT_FOOT_COP[1]
-        if each.rolls and len(t):
-            s, lean = each.share(t, usual), needs.lean[here, k]
-            if over_time:
-                mean[here, k, 0] = length * np.interp(s, PHASE, curves.cop_forward)
-                spread[here, k, 0] = np.interp(s, *curves.cop_forward_spread)
-            else:
-                mean[here, k, 0] = length * np.interp(lean, LEAN, curves.roll_over)
-                spread[here, k, 0] = np.interp(lean, *curves.roll_over_spread)
-            if scales.pace > 1.0:  # runners land on the heel like walkers but step in one line
-                continue
-            mean[here, k, 1] = outward * length * np.interp(s, PHASE, curves.cop_outward)
-            spread[here, k, 1] = np.interp(s, *curves.cop_outward_spread)
-            side[here, k] = -outward * np.interp(s, PHASE, curves.force_inward)
-            ahead = needs.rotation[here, :2, 0].mean(axis=0)
-            forward[here, k] = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
-    share = _usual_shares(needs, contacts, scales)
-    return contact, ramp, PathPrior(mean, spread, side, forward, share)
-
-
-def _leans_back(needs: RequiredForces, contacts) -> bool:
-    """Return whether shanks lean back at heel strike as people's do, so that they show the path.
-
-    Knees that are bent there are mostly those of a skeleton file, whose shanks lean too far forward
-    all through the stance.
-    """
-    leans = [
-        needs.lean[np.searchsorted(needs.time, each.start), SIDES.index(each.side)]
-        for each in contacts
-        if each.rolls and each.begins and needs.time[0] <= each.start < needs.time[-1]
-    ]
-    return not leans or bool(np.median(leans) < MAX_CONTACT_LEAN)
-
-
-def _usual_shares(needs: RequiredForces, contacts, scales: ForceScales) -> np.ndarray:
-    """Return the usual shares of both feet in the load of double supports of a walk (n, 2).
-
-    They are unknown in running and in a recording with steps.
-    """
-    time, found = needs.time, np.full((len(needs.time), 2), np.nan)
-    level = bool(np.ptp(needs.base[:, :2, 2]) < MIN_LEVEL_DIFFERENCE)
-    steps = [c for c in contacts if c.rolls and level and scales.pace == 1.0]
-    for rear in steps:
-        for front in steps:
-            if rear.side == front.side or not (front.begins and rear.ends):
-                continue
-            if not rear.start < front.start < rear.stop < front.stop:
-                continue
-            phase = (time - front.start) / (rear.stop - front.start)
-            here = (phase >= 0.0) & (phase <= 1.0)
-            share = np.interp(phase[here], PHASE, scales.usual.rear_share)
-            found[here, SIDES.index(rear.side)] = share
-            found[here, SIDES.index(front.side)] = 1.0 - share
-    return found
-
-
-def _told(data: FootForces, needs: RequiredForces):
-    """Return the frames with known wrench, the wrench, and the frames in which it is not zero."""
-    known = np.array(data.valid_side)
-    force = data.force / needs.weight
-    carried = np.isfinite(data.point).all(axis=-1) & (force[..., 2] > 0)
-    arm = np.where(carried[..., None], data.point - needs.base[:, :2], 0.0)
-    moment = np.cross(arm, force) + data.torque / needs.weight
-    measured = np.concatenate([force, moment], axis=-1)
-    return known, np.where(carried[..., None], measured, 0.0), carried

@@ -14,7 +14,8 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.force_bands import Spread
-from plantigrade.dynamics.force_program import ForceProgram, ForceScales
+from plantigrade.dynamics.force_program import ForceProgram
+from plantigrade.dynamics.force_scales import ForceScales
 from plantigrade.dynamics.loading import Support
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.required_forces import RequiredForces

@@ -38,7 +38,8 @@ from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.centroid import check_motion
 from plantigrade.dynamics.force_bands import BandFactors, half_widths, resampled
-from plantigrade.dynamics.force_program import MIN_PRESSURE_LOAD, ForceScales
+from plantigrade.dynamics.force_program import MIN_PRESSURE_LOAD
+from plantigrade.dynamics.force_scales import ForceScales
 from plantigrade.dynamics.force_windows import solve_in_windows
 from plantigrade.dynamics.loading import Support, find_loading
 from plantigrade.dynamics.plates import FootForces

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plantigrade.dynamics import force_windows
-from plantigrade.dynamics.force_program import ForceScales
+from plantigrade.dynamics.force_scales import ForceScales
 from plantigrade.dynamics.force_windows import solve_in_windows, windows
 from plantigrade.dynamics.loading import find_loading
 from plantigrade.dynamics.required_forces import required_forces

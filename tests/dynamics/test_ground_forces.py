@@ -11,8 +11,9 @@ from plantigrade.contact.ground import Ground
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
-from plantigrade.dynamics.force_program import ForceProgram, ForceScales
+from plantigrade.dynamics.force_program import ForceProgram
 from plantigrade.dynamics.force_rows import ForceLayout, PathPrior, objective
+from plantigrade.dynamics.force_scales import ForceScales
 from plantigrade.dynamics.ground_forces import estimate_forces
 from plantigrade.dynamics.loading import Support, find_loading
 from plantigrade.dynamics.plates import FootForces

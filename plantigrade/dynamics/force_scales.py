@@ -1,0 +1,70 @@
+"""Scales of the rows of the quadratic program of ground forces, by activity."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from plantigrade.dynamics.usual_stance import UsualStance
+
+# [1] vertical noise of the net force in other movements and running relative to walking; settled on
+# the squats, chair and jumps of one person
+OTHER_SWAY = 1.5
+
+
+@dataclass(frozen=True)
+class ForceScales:
+    """Scales of the rows of the program; forces in body weights (BW)."""
+
+    force: tuple[float, float, float] = (0.005, 0.005, 0.01)  #: Net force [BW]
+    moment: float = 0.004  #: Net moment about the centre of mass [BW m]
+    #: Noise of the net force [BW]; the vertical one is 1.5 times as large outside walking
+    sway: tuple[float, float, float] = (0.02, 0.02, 0.016)
+    turn: float = 0.01  #: Noise of the net moment [BW m]
+    shift: tuple[float, float, float] = (0.012, 0.012, 0.005)  #: Shift of the centre of mass [m]
+    rate: float = 0.7  #: Rate of joint moments [BW m/s]
+    bend: tuple[float, float, float] = (25.0, 25.0, 50.0)  #: Second derivative of forces [BW/s²]
+    #: Second derivative of foot moments [BW m/s²]
+    twist: tuple[float, float, float] = (15.0, 15.0, 3.0)
+    free: float = 0.007  #: Free moment [BW m]
+    shear: float = 0.1  #: Horizontal force of a seat [BW]
+    path: float = 1.5  #: Deviation of the centre of pressure from its mean path, in its SD [1]
+    side: float = 0.02  #: Deviation of the lateral force from its mean [BW]
+    offset: tuple[float, float] = (0.010, 0.010)  #: Constant offset of a foot's path [m]
+    #: Deviation of the load of a foot from its usual share in double support [BW]: events are known
+    #: to 10 ms, in which a fifteenth of the weight changes feet
+    share: float = 0.06
+    effort: float = np.inf  #: Joint moments relative to strength [1]
+    loading: float = 20.0  #: Maximum rate of loading after contact [BW/s]
+    pace: float = 1.0  #: Ratio of the motion's frequencies to those of walking [1]
+    most_free: float = 0.02  #: Maximum free moment per vertical force [m]
+    usual: UsualStance = UsualStance()  #: What feet of walkers usually do
+
+    @classmethod
+    def of(cls, *, walks: bool, pace: float = 1.0) -> "ForceScales":
+        """Return the scales for an activity.
+
+        Without walking, both feet may stand for long, and the motion does not determine their load
+        sharing and internal forces; the minimum sum of squared activations is then selected
+        [Crowninshield1981]_.
+
+        Running and jumps contain higher frequencies, ``pace`` times those of walking. Rates are
+        ``pace`` times and second derivatives ``pace**2`` times as large; the same factor applies to
+        errors of the net wrench from masses and soft tissue. The loading rate of landing runners
+        and jumpers reaches 100 BW/s.
+        """
+        usual = cls(effort=np.inf if walks else 1.0)
+        if walks and pace == 1.0:
+            return usual
+        usual = replace(usual, sway=(*usual.sway[:2], OTHER_SWAY * usual.sway[2]))
+        if pace == 1.0:
+            return usual
+        return replace(
+            usual,
+            force=tuple(pace**2 * f for f in usual.force),
+            moment=pace**2 * usual.moment,
+            rate=pace * usual.rate,
+            bend=tuple(pace**2 * b for b in usual.bend),
+            twist=tuple(pace**2 * b for b in usual.twist),
+            loading=100.0,
+            pace=pace,
+        )
