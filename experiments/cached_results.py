@@ -109,6 +109,19 @@ class CachedResults:
             and (failed or "error" not in result)
         }
 
+    def longest(self, *names: object, failed: bool = False) -> dict[str, Result]:
+        """Return the results of :meth:`select` by key without its last part, a duration (``9 s``).
+
+        Of what was done for a short and for a long time, the long one counts.
+        """
+        found: dict[str, tuple[float, Result]] = {}
+        for key, result in self.select(*names, failed=failed).items():
+            what, _, duration = key.rpartition("/")
+            seconds = float(duration.removesuffix(" s"))
+            if what not in found or seconds > found[what][0]:
+                found[what] = seconds, result
+        return {what: result for what, (_, result) in found.items()}
+
     def notes(self) -> list[str]:
         """Return a sentence about results of earlier code, if there are any."""
         old = sum(r.get("code") != code_version() for r in self.results.values())

@@ -32,7 +32,7 @@ from scipy.integrate import trapezoid
 from experiments.cached_results import CachedResults, Cases, Result
 from experiments.gait_shape import muscle_work
 from experiments.specification import Specification
-from experiments.synthesis_trial import check_motion, failure_remarks, solve, summary
+from experiments.synthesis_trial import check_motion, failure_remarks, outcome, solve, summary
 from experiments.table import Grid, Row, at_least, at_most, within
 from plantigrade.analyze.curves import gait_curves
 from plantigrade.arrays import Array
@@ -134,15 +134,7 @@ def measure(change: Change) -> Result:
     return {
         "place": change.place,
         "mass": change.mass,
-        "good": bool(timed.solution.success and run.ok),
-        "verdict": run.status,
-        "success": timed.solution.success,
-        "stages": [],
-        "status": timed.solution.status,
-        "worst": "",
-        "iterations": timed.solution.iterations,
-        "cpu": timed.cpu,
-        "wall": timed.wall,
+        **outcome(timed, run),
         "effort": float(np.dot(EFFORT, muscle_work(run.record))) / way,
         "swing_moment": float(np.ptp(moments["hip_flexion_r"][swing])),
         "peaks": {n: float(-m[stance].min()) for n, m in moments.items()},

@@ -15,9 +15,9 @@ import numpy as np
 
 from experiments.cached_results import CachedResults, Cases, Result
 from experiments.push_limits import on_feet
-from experiments.specification import Specification
+from experiments.specification import Specification, runs_on
 from experiments.standing import HEIGHT, JOINTS, MASS, PRESSING_FORCE, RATE, SEX
-from experiments.table import ResultTable, Row, at_least, equal
+from experiments.table import Row, at_least, equal
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.balance import MOTIONS, Balance, script_named, scripted
@@ -255,17 +255,7 @@ def experiment(data: Path | None) -> Specification:
     )
 
 
-def run(data: Path | None = None, **options: Any) -> ResultTable:
-    """Run the experiment.
-
-    Args:
-        data: Folder of recordings.
-        options: Options of :meth:`~experiments.specification.Specification.run`.
-
-    Raises:
-        ParameterError: If there is no such part.
-    """
-    return experiment(data).run(**options)
+run = runs_on(experiment)
 
 
 EXPERIMENT = experiment(None)

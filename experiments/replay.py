@@ -16,8 +16,8 @@ import numpy as np
 
 from experiments.cached_results import CachedResults, Cases, Result
 from experiments.gait_walks import PEOPLE, QUICK_PEOPLE
-from experiments.specification import Specification
-from experiments.table import ResultTable, Row, at_least, at_most
+from experiments.specification import Specification, runs_on
+from experiments.table import Row, at_least, at_most
 from plantigrade.control.replay import Replay
 from plantigrade.control.replay.trials import ReplayOutcome, largest_push, replay_once
 from plantigrade.record import Record
@@ -316,17 +316,5 @@ def experiment(data: Path | None) -> Specification:
     )
 
 
-def run(data: Path | None = None, **options: Any) -> ResultTable:
-    """Run the experiment.
-
-    Args:
-        data: Folder of recordings; without it there are none.
-        options: Options of :meth:`~experiments.specification.Specification.run`.
-
-    Raises:
-        ParameterError: If there is no such part.
-    """
-    return experiment(data).run(**options)
-
-
+run = runs_on(experiment)
 EXPERIMENT = experiment(None)

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from experiments.cached_results import CachedResults, Cases, Result
 from experiments.table import Grid, ResultTable, Row, pivots
@@ -120,6 +121,20 @@ class Specification:
 
     def _summary(self, result: Result) -> str:
         return str(result["error"]) if "error" in result else self.summary(result)
+
+
+def runs_on(make: Callable[[Any], Specification]) -> Callable[..., ResultTable]:
+    """Return the function ``run`` of a module whose experiment is about a folder of recordings.
+
+    Args:
+        make: Returns the experiment for a folder, or for None where it does without.
+    """
+
+    def run(data: Path | None = None, **options: Any) -> ResultTable:
+        """Measure on a folder of recordings; see :meth:`Specification.run`."""
+        return make(data).run(**options)
+
+    return run
 
 
 def chosen_parts(

@@ -26,13 +26,13 @@ from experiments.walking import (
     own_walk,
     person,
     recorded,
+    refusal,
     runs,
+    summary,
     walking,
 )
-from experiments.walking import summary as walking_summary
 from plantigrade.contact.ground import Ground, GroundStep
 from plantigrade.control.gait.reference import period_of
-from plantigrade.errors import ParameterError
 from plantigrade.kinematics.transfer import transferred
 from plantigrade.record import Record
 from plantigrade.world import Controller
@@ -88,8 +88,6 @@ RECORDINGS = (*(name for names in PEOPLE.values() for name in names), *OTHER_WAL
 QUICK_WALKS = ("cmu_asfamc/49_01.amc",)
 MIN_SPEED = 0.1
 """Lowest speed of a walk; slower recordings stand [m/s]."""
-REFUSED = {"level ground": "was recorded on uneven ground", "spin": "spins on one foot"}
-"""What a controller says of a walk that it refuses → words for it."""
 # Goals
 MIN_SPEED_SHARE = 0.95  # [1] of the recorded speed
 MIN_SLOPE_SPEED_SHARE = 0.6  # [1] of the speed on level ground
@@ -191,13 +189,8 @@ def recording(controller: str, data: Path, name: str, seconds: float) -> Result:
     one = walks_as(controller, recorded(data / name))
     if one.speed < MIN_SPEED:
         return {"left_out": "stands, no walk"}
-    try:
-        one.controller()
-    except ParameterError as error:
-        refused = [word for word in REFUSED if word in str(error)]
-        if not refused:
-            raise
-        return {"left_out": REFUSED[refused[0]]}
+    if why := refusal(one):
+        return {"left_out": why}
     cyclic = period_of(one.record)[0] is not None
     found = walk(one, duration=seconds if cyclic else min(one.period, seconds))
     return {**figures(found, since=1.0), "cyclic": cyclic}
@@ -277,27 +270,13 @@ def parts_for(controllers: Sequence[str], data: Path | None) -> dict[str, Part]:
 
 
 def _cells(cached: CachedResults) -> dict[str, dict[str, list[Result]]]:
-    """Return results by what was walked and by controller: of seeds there are several.
-
-    Where a walk was done for a short and for a long time, the long one counts.
-    """
-    long: dict[tuple[str, str], dict[str, Result]] = {}
-    for key, result in cached.results.items():
-        name, _, rest = key.partition("/")
-        what, _, seconds = rest.rpartition("/")
-        own = long.setdefault((what, name), {})
-        if not own or float(seconds[:-2]) > float(next(iter(own))[:-2]):
-            long[what, name] = {seconds: result}
+    """Return results by what was walked and by controller: of seeds there are several."""
     found: dict[str, dict[str, list[Result]]] = {}
-    for (what, name), own in long.items():
+    for key, result in cached.longest(failed=True).items():
+        name, _, what = key.partition("/")
         line = what.partition("/")[0] if what.startswith("tiles") else what
-        found.setdefault(line, {}).setdefault(name, []).extend(own.values())
+        found.setdefault(line, {}).setdefault(name, []).append(result)
     return found
-
-
-def summary(result: Result) -> str:
-    """Return one result in a line."""
-    return str(result["left_out"]) if "left_out" in result else walking_summary(result)
 
 
 def _cell(results: list[Result]) -> str:

@@ -26,7 +26,7 @@ import numpy as np
 from experiments.cached_results import CachedResults, Cases, Result
 from experiments.plane_figures import load_figures, plane_figures, published
 from experiments.specification import Specification
-from experiments.synthesis_trial import check_motion, failure_remarks, solve, summary
+from experiments.synthesis_trial import check_motion, failure_remarks, outcome, solve, summary
 from experiments.table import Grid, Row, at_least, at_most, between, text_of
 from plantigrade.analyze import norms
 from plantigrade.analyze.curves import gait_curves
@@ -129,11 +129,7 @@ def measure(speed: float) -> Result:
     human = PERSON.human()
     timed = solve(human, make_task("walk", human, {"speed": speed, "periodic": True}))
     run = check_motion(timed, strides=2)
-    status = {"good": bool(timed.solution.success and run.ok), "verdict": run.status}
-    stages = {"success": timed.solution.success, "stages": [], "status": timed.solution.status}
-    last = {"worst": "", "iterations": timed.solution.iterations}
-    spent = {"cpu": timed.cpu, "wall": timed.wall}
-    return {"speed": speed, **status, **stages, **last, **spent, **shape_of(run, speed)}
+    return {"speed": speed, **outcome(timed, run), **shape_of(run, speed)}
 
 
 def shape_of(run: Run, speed: float) -> dict[str, Any]:

@@ -18,10 +18,15 @@ from experiments.table import Grid, Row, at_least
 from experiments.walk_battery import OTHER_WALKS
 from experiments.walk_trial import walk
 from experiments.walkers import walks_as
-from experiments.walking import CONTROLLERS, figures, recorded, runs
-from experiments.walking import summary as walking_summary
+from experiments.walking import (
+    CONTROLLERS,
+    figures,
+    recorded,
+    refusal,
+    runs,
+    summary,
+)
 from plantigrade.control.gait.reference import period_of
-from plantigrade.errors import ParameterError
 from plantigrade.motion.cycles import cut_cycles
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import quaternion_to_pelvis_angles
@@ -86,12 +91,8 @@ def start(controller: str, data: Path, name: str, number: int, seconds: float) -
         return {"left_out": "the stride does not close"}
     if one.speed < MIN_SPEED:
         return {"left_out": f"slower than {MIN_SPEED:g} m/s"}
-    try:
-        one.controller()
-    except ParameterError as error:
-        if "level ground" not in str(error):
-            raise
-        return {"left_out": "was recorded on uneven ground"}
+    if why := refusal(one):
+        return {"left_out": why}
     forward = bool(_way_by_pelvis(one.record) < np.deg2rad(FORWARD))
     return {**figures(walk(one, duration=seconds), since=2.0), "forward": forward}
 
@@ -119,18 +120,10 @@ def _cases(part: str, controllers: Sequence[str], data: Path | None, quick: bool
 
 
 def _starts(cached: CachedResults) -> dict[tuple[str, str], dict[str, list[Result]]]:
-    """Return the results by part and controller, then by recording.
-
-    Of a stride that was walked for a short and for a long time, the long one counts.
-    """
-    longest: dict[str, tuple[float, Result]] = {}
-    for part in PARTS:
-        for key, result in cached.select(part).items():
-            stride, _, seconds = key.rpartition("/")
-            if float(seconds[:-2]) > longest.get(stride, (0.0, {}))[0]:
-                longest[stride] = float(seconds[:-2]), result
+    """Return the results by part and controller, then by recording."""
     found: dict[tuple[str, str], dict[str, list[Result]]] = {}
-    for stride, (_, result) in longest.items():
+    strides = (each for part in PARTS for each in cached.longest(part).items())
+    for stride, result in strides:
         part, controller, rest = stride.split("/", 2)
         name = rest.rpartition("/")[0]
         found.setdefault((part, controller), {}).setdefault(name, []).append(result)
@@ -172,11 +165,6 @@ def grids(cached: CachedResults) -> Iterator[Grid]:
             lines.append([name, lasted, "; ".join(apart), "; ".join(fell)])
         header = ("", "lasted", "left out", "ends of the others")
         yield Grid(f"Strides as starts: {controller}, {part}", header, lines)
-
-
-def summary(result: Result) -> str:
-    """Return one line about a walk."""
-    return str(result["left_out"]) if "left_out" in result else walking_summary(result)
 
 
 def experiment(controllers: Sequence[str], data: Path | None) -> Specification:

@@ -13,6 +13,7 @@ from experiments.specification import Specification
 from experiments.table import ResultTable
 from experiments.walk_outcome import WalkOutcome
 from experiments.walkers import Walker, guest_named, make_named, walker
+from plantigrade.errors import ParameterError
 from plantigrade.kinematics.transfer import transferred
 from plantigrade.models import Human
 from plantigrade.options import is_policy
@@ -31,6 +32,8 @@ SPEED = 1.1
 """Speed of the walk that is synthesised without recordings [m/s]."""
 CONTROLLERS = ("pendulum",)
 """Default controllers."""
+REFUSED = {"level ground": "was recorded on uneven ground", "spin": "spins on one foot"}
+"""What a controller says of a walk that it refuses → words for it."""
 
 
 @cache
@@ -87,8 +90,22 @@ def figures(found: WalkOutcome, since: float = 0.0) -> Result:
     }
 
 
+def refusal(one: Walker) -> str:
+    """Return why a controller refuses a walk (:data:`REFUSED`); empty where it takes it."""
+    try:
+        one.controller()
+    except ParameterError as error:
+        found = [words for said, words in REFUSED.items() if said in str(error)]
+        if not found:
+            raise
+        return found[0]
+    return ""
+
+
 def summary(result: Result) -> str:
-    """Return one line about a walk."""
+    """Return one line about a walk, or why it was left out."""
+    if "left_out" in result:
+        return str(result["left_out"])
     if not result["survived"]:
         return str(result["end"])
     share = 100.0 * result["speed"] / max(result["asked"], 1e-9)
