@@ -17,6 +17,8 @@ class Label:
 
 
 COORDINATES = {row.name: row for row in csv_rows("plantigrade.charts", "coordinates.csv", Label)}
+UNITS = {"deg": "°", "N m/kg": "N m/kg", "body weight": "BW"}
+"""Unit of a curve over the cycle → its sign in a plot."""
 MIN_SPANS = {"°": 10.0, "N m": 10.0, "N m/kg": 0.2, "W/kg": 0.2, "BW": 0.1}
 """Minimum span of the vertical axis, by unit; a smaller one would magnify noise."""
 

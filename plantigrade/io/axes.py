@@ -5,7 +5,7 @@ The rotation brings the file's vertical to z; it never mirrors and never changes
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.errors import ParameterError
 
 # Rows are the new axes x, y, z expressed in the file's axes; each is a proper rotation.
@@ -18,6 +18,8 @@ _TO_WORLD = {
     "-x": ((0, 1, 0), (0, 0, -1), (-1, 0, 0)),
 }
 
+MIN_CERTAINTY = 1.4
+"""Least extent of an upright body along the vertical, over the next largest extent [1]."""
 UP_AXES = tuple(_TO_WORLD)
 """Names of the vertical: ``"+z"``, ``"+y"``, ``"+x"``, ``"-z"``, ``"-y"``, ``"-x"``."""
 
@@ -41,6 +43,11 @@ def from_world(vectors: Float[Array, "*shape 3"], up: str) -> Float[Array, "*sha
     return _permute(vectors, tuple(zip(*rotation_to_world(up).astype(int).tolist(), strict=True)))
 
 
+def is_seen(positions: Float[Array, "*shape 3"]) -> Bool[Array, "*shape"]:
+    """Return which points were seen: files write NaN, or exactly the origin, where one was not."""
+    return np.isfinite(positions).all(axis=-1) & (positions != 0).any(axis=-1)
+
+
 def up_axis_of_points(positions: Float[Array, "n_frames n_markers 3"]) -> tuple[str, float]:
     """Estimate the vertical from the markers of an upright person.
 
@@ -49,7 +56,7 @@ def up_axis_of_points(positions: Float[Array, "n_frames n_markers 3"]) -> tuple[
 
     Returns:
         The axis, as in :data:`UP_AXES`, and its certainty: extent along it over the next largest
-        extent (1: undecided, above 1.4: an upright body).
+        extent (1: undecided, above :data:`MIN_CERTAINTY`: an upright body).
     """
     seen = np.all(np.isfinite(positions), axis=2)
     frames = np.flatnonzero(seen.sum(axis=1) >= 4)

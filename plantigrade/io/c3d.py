@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.errors import FileError
-from plantigrade.io.axes import rotation_to_world, to_world, up_axis_of_points
+from plantigrade.io.axes import MIN_CERTAINTY, rotation_to_world, to_world, up_axis_of_points
 from plantigrade.io.c3d_file import C3dFile, read_c3d_file
 from plantigrade.io.c3d_labels import LabelledPoints, sort_points
 from plantigrade.io.force_plates import plate_axes, plate_corners, plates_from_c3d
@@ -114,7 +114,7 @@ def _up(file: C3dFile, points: np.ndarray, unit: float, warnings: list[str]) -> 
     declared = (match[1] or "+") + match[2].lower() if match else None
     plates = _up_of_plates(file, points)
     body, sure = up_axis_of_points(points * unit)
-    seen = plates or (body if sure > 1.4 else None)
+    seen = plates or (body if sure > MIN_CERTAINTY else None)
     if declared is None:
         return seen or "+z"
     # The screen axes describe the display and plates the floor; the body is less reliable, because

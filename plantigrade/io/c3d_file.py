@@ -18,6 +18,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import FileError
+from plantigrade.io.axes import is_seen
 from plantigrade.io.length import check_length
 from plantigrade.io.text import reading
 
@@ -328,7 +329,7 @@ def _points(table: np.ndarray, scale: float, n_frames: int) -> tuple[np.ndarray,
         # low byte: residual in units of scale; high byte: which cameras saw it; negative: not seen
         whole = np.where(np.abs(fourth) < 2**31, fourth, -1.0).astype(int)
         residuals = np.where(whole < 0, -1.0, (whole & 0xFF) * abs(scale))
-        seen = (whole >= 0) & np.isfinite(points).all(axis=2) & (points != 0).any(axis=2)
+        seen = (whole >= 0) & is_seen(points)
         seen &= (np.abs(points) < 1e9).all(axis=2)
     points[~seen] = np.nan
     residuals[~seen] = -1

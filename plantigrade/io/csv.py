@@ -24,13 +24,12 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.errors import FileError
-from plantigrade.io.axes import UP_AXES, to_world, up_axis_of_points
+from plantigrade.io.axes import MIN_CERTAINTY, UP_AXES, is_seen, to_world, up_axis_of_points
 from plantigrade.io.c3d import LENGTH_UNITS, NAMES_OF_UNITS, unit_of_points
 from plantigrade.io.text import check_time, numbers, read_text, unique_labels
 from plantigrade.io.writing import write_text
 from plantigrade.motion.recording import Markers, Recording, Table
 
-_MIN_CERTAINTY = 1.4  # extent along the vertical over the next, of an upright body
 _TIME_NAMES = {"time", "t", "time_s", "time[s]", "time(s)", "times", "seconds", "timestamp"}
 _SKIPPED_NAMES = {"frame", "frame#", "frames", "index", "sample", ""}
 _AXIS = re.compile(r"(.+?)[ _.:\-]([xyz])", re.I)
@@ -203,7 +202,7 @@ def _triples(names: list[str]) -> dict[str, tuple[int, int, int]]:
 
 def _positions(raw: np.ndarray, says: dict, path, warnings: list[str]) -> np.ndarray:
     raw = raw.copy()
-    raw[~(np.isfinite(raw).all(axis=2) & (raw != 0).any(axis=2))] = np.nan
+    raw[~is_seen(raw)] = np.nan
     word = says.get("unit", says.get("units"))
     if word is not None and word not in LENGTH_UNITS:
         raise FileError(
@@ -223,7 +222,7 @@ def _positions(raw: np.ndarray, says: dict, path, warnings: list[str]) -> np.nda
             raise FileError(path, problem, where="# up", remedy=remedy)
         return to_world(raw * unit, up)
     body, sure = up_axis_of_points(raw)
-    if sure <= _MIN_CERTAINTY or body == "+z":
+    if sure <= MIN_CERTAINTY or body == "+z":
         return to_world(raw * unit, "+z")
     warnings.append(
         f"the table does not state the vertical; the body is upright along {body}, which was "

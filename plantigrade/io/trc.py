@@ -10,14 +10,13 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.errors import FileError
-from plantigrade.io.axes import from_world, to_world, up_axis_of_points
+from plantigrade.io.axes import MIN_CERTAINTY, from_world, is_seen, to_world, up_axis_of_points
 from plantigrade.io.c3d import LENGTH_UNITS, NAMES_OF_UNITS, unit_of_points
 from plantigrade.io.text import check_time, count_of, number, numbers, read_text, unique_labels
 from plantigrade.io.writing import write_text
 from plantigrade.motion.recording import Markers, Recording
 
 _HEADER_LINES = 40  # maximum length of a header
-_MIN_CERTAINTY = 1.4  # extent along the vertical over the next, of an upright body
 
 
 def read_trc(path: str | Path) -> Recording:
@@ -54,11 +53,11 @@ def read_trc(path: str | Path) -> Recording:
     time = _time(table, fields, rows, first, path, warnings)
     _check_counts(fields, len(names), len(table), warnings)
     raw = table[:, 2:].reshape(len(table), len(names), 3)
-    raw[~(np.isfinite(raw).all(axis=2) & (raw != 0).any(axis=2))] = np.nan
+    raw[~is_seen(raw)] = np.nan
     unit = _unit(fields, raw, warnings)
     up = "+y"
     body, sure = up_axis_of_points(raw)
-    if sure > _MIN_CERTAINTY and body != up:
+    if sure > MIN_CERTAINTY and body != up:
         warnings.append(
             f"TRC files have y up, but this body is upright along {body} ({sure:.1f} times longer "
             f"than along the next axis); {body} was taken as up"

@@ -12,7 +12,7 @@ from plantigrade.analyze.curves import LOADED_JOINTS
 from plantigrade.analyze.gait_profile import ANGLES, MIN_IMPORTANT_DIFFERENCE
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Ribbon, Series, histogram_plot, line_plot
-from plantigrade.charts.labels import MIN_SPANS, axis_label, title_of
+from plantigrade.charts.labels import MIN_SPANS, UNITS, axis_label, title_of
 from plantigrade.charts.theme import STROKES
 from plantigrade.motion.cycles import PERCENT
 from plantigrade.notes import Repeated, repeated
@@ -332,7 +332,7 @@ def _mean_curves(store: BatchFolder) -> list[Section]:
             series.append(Series(PERCENT, mean, "", colour))
             bands.append(Ribbon(PERCENT, mean - sd, mean + sd, colour))
         if series:
-            shown = {"deg": "°", "body weight": "BW"}.get(unit, unit)
+            shown = UNITS.get(unit, unit)
             svg = line_plot(
                 series,
                 bands=bands,

@@ -13,7 +13,7 @@ from plantigrade.analyze.run_comparison import RunComparison
 from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array
 from plantigrade.charts import Figure, Ribbon, Series, line_plot
-from plantigrade.charts.labels import MIN_SPANS, axis_label, title_of
+from plantigrade.charts.labels import MIN_SPANS, UNITS, axis_label, title_of
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKES
 from plantigrade.constants import SIDE_NAMES
 from plantigrade.motion.cycles import PERCENT
@@ -27,7 +27,6 @@ from plantigrade.side_names import split_side
 
 COLOURS = ("var(--fg, #1c2430)", "#7e57c2", "#009e73", "#cc79a7", "#b07c00", "#56b4e9")
 """Colours of the gaits in order, repeated if there are more."""
-UNITS = {"deg": "°", "N m/kg": "N m/kg", "body weight": "BW"}
 LOADS = ("ground_force_up", "ground_force_forward", *(f"{name}_moment" for name in LOADED_JOINTS))
 MAX_SPEED_DIFFERENCE = 0.1
 """Difference of walking speeds above which a note is given, because angles depend on speed

@@ -1,6 +1,5 @@
 """Estimated ground reactions, joint moments and powers, with their uncertainty bands."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,17 +7,18 @@ import numpy as np
 from plantigrade.analyze.curves import LOADED_JOINTS, nothing_measured
 from plantigrade.analyze.statistics import mean_sd
 from plantigrade.arrays import Array
-from plantigrade.charts import Figure, Ribbon, Series, line_plot
+from plantigrade.charts import Figure, Ribbon, line_plot
 from plantigrade.charts.labels import MIN_SPANS, axis_label
-from plantigrade.charts.theme import STROKE_REFERENCE, STROKES
+from plantigrade.charts.theme import STROKES
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.motion.cycles import PERCENT, normalise_cycles
 from plantigrade.pages.section import ReportedRun, Section, needs
+from plantigrade.pages.sections.ground import AXES
+from plantigrade.pages.sections.recorded import pair_series
 from plantigrade.pages.text import sided_title
 from plantigrade.record import Record
 from plantigrade.record.signals import SIGNALS
 
-AXES = {2: "vertical", 0: "forward", 1: "sideways (left positive)"}
 FORCES, MOMENTS = (SIGNALS[f"forces.{name}"].section for name in ("band", "moment_band"))
 POWERS = "Estimated joint powers"
 MAX_POINTS = 400  # points of a curve over time, about its width in pixels
@@ -138,14 +138,14 @@ def _figure(subject: ReportedRun, one: _Estimate) -> Figure:
         frames = (one.value, one.half, one.measured)
         curves = tuple(mean_sd(normalise_cycles(motion.time, y, cycles))[0] for y in frames)
     value, half, measured = curves
-    series, colour = _series(x, value, measured, STROKES[one.side]), STROKES[one.side]
+    series = pair_series(x, value, measured, one.side, ("estimated", "measured"))
     known = np.concatenate([s.y[np.isfinite(s.y)] for s in series] or [np.zeros(1)])
     low, high = known.min(initial=0.0), known.max(initial=0.0)
     room = high - low  # wider bands are clipped, so that the curves remain visible
     lower, upper = (np.clip(y, low - room, high + room) for y in (value - half, value + half))
     drawn = line_plot(
         series,
-        bands=[Ribbon(x, lower, upper, colour, 0.22)],
+        bands=[Ribbon(x, lower, upper, STROKES[one.side], 0.22)],
         title=one.title,
         x_label=x_label,
         y_label=one.label,
@@ -153,12 +153,3 @@ def _figure(subject: ReportedRun, one: _Estimate) -> Figure:
         least=one.least,
     )
     return Figure(drawn)
-
-
-def _series(x: Array, value: Array, measured: Array, colour: str) -> Sequence[Series]:
-    series = []
-    if np.isfinite(measured).any():
-        series.append(Series(x, measured, "measured", STROKE_REFERENCE, 1.6, 1.0, "5 3"))
-    if np.isfinite(value).any():
-        series.append(Series(x, value, "estimated", colour, 1.8))
-    return series

@@ -22,7 +22,8 @@ from plantigrade.record import Record
 MAX_PRINTS = 16  # footprints that are drawn; more hide each other
 TITLE = "Ground reaction and centre of pressure"
 NAMES = {"r": "right", "l": "left", "": "side unknown"}
-AXES = {2: "Vertical", 0: "Forward", 1: "Sideways (left positive)"}
+AXES = {2: "vertical", 0: "forward", 1: "sideways (left positive)"}
+"""Axis of a force → its name, in the order of the plots."""
 
 
 def ground_section(subject: ReportedRun) -> list[Section]:
@@ -75,7 +76,12 @@ def _over_time(record: Record, total: Array, axis: int, shades: list) -> str:
             values = np.where(loaded, total[:, row, axis], np.nan) / record.weight
             series.append(Series(record.motion.time, values, name, STROKES[side]))
     return line_plot(
-        series, title=AXES[axis], y_label="[BW]", zero=True, least=MIN_SPANS["BW"], shades=shades
+        series,
+        title=AXES[axis].capitalize(),
+        y_label="[BW]",
+        zero=True,
+        least=MIN_SPANS["BW"],
+        shades=shades,
     )
 
 

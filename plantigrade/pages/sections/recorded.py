@@ -15,6 +15,7 @@ from plantigrade.charts.labels import axis_label
 from plantigrade.charts.theme import STROKE_MIDDLE, STROKE_REFERENCE, STROKES
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.pages.section import ReportedRun, Section, needs
+from plantigrade.pages.sections.ground import AXES
 from plantigrade.pages.text import rounded_text, sided_title, signed_text
 from plantigrade.record import Record
 from plantigrade.side_names import side_of, without_side
@@ -24,7 +25,6 @@ OTHER_ANGLES = (
     *("lumbar_extension", "lumbar_bending", "lumbar_rotation"),
     *("arm_flex_r", "arm_flex_l", "elbow_flex_r", "elbow_flex_l"),
 )
-AXES = ("forward", "sideways (left positive)", "vertical")
 NO_FORCES = "the motion was computed without forces."
 SEPARATE_MOTION = (
     " They belong to a separate motion (forces.npz), because a balancing body cannot track the "
@@ -167,10 +167,7 @@ def com_section(subject: ReportedRun) -> Section:
     figures = [Figure(com, f"Largest {np.max(error, initial=0.0):.2f} mm.")]
     for k, side in enumerate(SIDES):
         sole = line_plot(
-            [
-                Series(time, recorded[:, k], "recorded", STROKE_REFERENCE, 1.6, 1.0, "5 3"),
-                Series(time, soles[:, k], "reproduced", STROKES[side]),
-            ],
+            pair_series(time, soles[:, k], recorded[:, k], side, ("reproduced", "recorded")),
             title=f"{SIDE_NAMES[side].capitalize()} sole",
             y_label="lowest point above ground [mm]",
             width=520,
@@ -199,14 +196,14 @@ def force_section(subject: ReportedRun) -> list[Section]:
     if measured is not None:
         title = "Ground reactions: computed beside measured"
     figures = []
-    for axis in (2, 0, 1):
+    for axis, name in AXES.items():
         for k, side in enumerate(SIDES):
             drawing = _plot(
                 time,
                 record.foot(side).force[:upto, axis] / record.weight,
                 None if measured is None else measured[:upto, k, axis] / record.weight,
                 side,
-                title=f"{SIDE_NAMES[side].capitalize()}, {AXES[axis]}",
+                title=f"{SIDE_NAMES[side].capitalize()}, {name}",
                 y_label="[BW]",
                 least=0.1,
             )
@@ -288,8 +285,21 @@ def _absent(subject: ReportedRun, title: str) -> list[Section]:
 
 
 def _plot(time: Array, ours: Array, theirs: Array | None, side: str, **options) -> str:
+    series = pair_series(time, ours, theirs, side, ("computed", "measured"))
+    return line_plot(series, width=520, zero=True, **options)
+
+
+def pair_series(
+    x: Float[Array, " n"],
+    ours: Float[Array, " n"],
+    theirs: Float[Array, " n"] | None,
+    side: str,
+    labels: tuple[str, str],
+) -> list[Series]:
+    """Return a curve of a side over violet dashes of another one; without what is not known."""
     series = []
     if theirs is not None and np.isfinite(theirs).any():
-        series.append(Series(time, theirs, "measured", STROKE_REFERENCE, 1.6, 1.0, "5 3"))
-    series.append(Series(time, ours, "computed", STROKES[side], 1.8))
-    return line_plot(series, width=520, zero=True, **options)
+        series.append(Series(x, theirs, labels[1], STROKE_REFERENCE, 1.6, 1.0, "5 3"))
+    if np.isfinite(ours).any():
+        series.append(Series(x, ours, labels[0], STROKES[side], 1.8))
+    return series
