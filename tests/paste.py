@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import fields
 from glob import glob
 from pathlib import Path
+from typing import Any
 
 from plantigrade.commands import main as cli
 
@@ -23,6 +24,14 @@ NUMBER = re.compile(r"[-−+]?\d[\d.,]*(e[-+]?\d+)?")
 def blocks(page: Path, language: str) -> list[str]:
     """Return the code blocks of a page in a language."""
     return re.findall(rf"^```{language}\n(.*?)^```", page.read_text("utf-8"), re.M | re.S)
+
+
+def run_code(page: Path) -> dict[str, Any]:
+    """Return every name that a page defines, after all its Python has run from top to bottom."""
+    names: dict[str, Any] = {"__name__": "page"}
+    for block in blocks(page, "python"):
+        exec(compile(block, str(page), "exec"), names)
+    return names
 
 
 def commands(page: Path, *languages: str) -> Iterator[list[str]]:

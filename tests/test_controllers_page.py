@@ -1,19 +1,15 @@
 """The page on controllers runs as printed."""
 
-import re
 from pathlib import Path
 
 from plantigrade.commands.main import parse
-from tests.paste import commands
+from tests.paste import commands, run_code
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "controllers.md"
-BLOCKS = re.findall(r"^```python\n(.*?)^```", PAGE.read_text("utf-8"), re.M | re.S)
 
 
 def test_the_code_of_the_page_runs(capsys):
-    names: dict = {"__name__": "page"}
-    for block in BLOCKS:
-        exec(compile(block, str(PAGE), "exec"), names)
+    run_code(PAGE)
     assert [line.split()[0] for line in capsys.readouterr().out.splitlines()] == ["ok", "0.05"]
 
 

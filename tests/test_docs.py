@@ -13,6 +13,7 @@ import plantigrade
 from plantigrade.commands.main import COMMANDS, main, parse
 from tests.paste import blocks, commands, inline_commands, paste
 from tests.test_layers import LAYERS
+from tests.textbook import walk_file
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = ROOT / "docs"
@@ -155,13 +156,8 @@ def test_what_cannot_be_pasted_is_found(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_the_python_of_the_page_runs(tmp_path, monkeypatch, capsys):
-    from plantigrade.io import write
-    from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
-    from plantigrade.models import Human
-
     monkeypatch.chdir(tmp_path)
-    human = Human.create(1.74, 71.0, "male", joints="42")
-    write(recorded(textbook_walk(human, cycles=2), Path("walk.c3d")), "walk.c3d")
+    walk_file(Path("walk.c3d"), cycles=2)
     (code,) = blocks(PAGES / "python.md", "python")
     exec(compile(code, "python.md", "exec"), {})
     assert capsys.readouterr().out.splitlines()[-1] == "runs/fit-walk/report.html"

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.paste import blocks, run_code
+
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "learning.md"
 TEXT = PAGE.read_text("utf-8")
 
@@ -13,10 +15,8 @@ TEXT = PAGE.read_text("utf-8")
 def test_the_page_runs_and_says_how_many_numbers_there_are():
     from plantigrade.learn import WalkEnv
 
-    (code,) = re.findall(r"^```python\n(.*?)^```", TEXT, re.M | re.S)
-    names: dict = {}
-    exec(compile(code, str(PAGE), "exec"), names)
-    reference = names["env"].unwrapped.tracking.reference
+    assert len(blocks(PAGE, "python")) == 1
+    reference = run_code(PAGE)["env"].unwrapped.tracking.reference
     row = next(line for line in TEXT.splitlines() if line.startswith("| size of observation"))
     paper, lean = (WalkEnv(reference, form=form) for form in ("paper", "lean"))
     sizes = [*paper.observation_space.shape, *paper.action_space.shape]

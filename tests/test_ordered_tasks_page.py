@@ -7,18 +7,15 @@ import numpy as np
 import pytest
 
 from plantigrade.kinematics.state import BodyState, sweep
+from tests.paste import blocks, run_code
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "ordered-tasks.md"
-BLOCKS = re.findall(r"^```python\n(.*?)^```", PAGE.read_text("utf-8"), re.M | re.S)
 
 
 @pytest.fixture(scope="module")
 def page():
     """Every name the page defines, after all its code has run from top to bottom."""
-    names: dict = {"__name__": "page"}
-    for block in BLOCKS:
-        exec(compile(block, str(PAGE), "exec"), names)
-    return names
+    return run_code(PAGE)
 
 
 def path_of(page, motion):
@@ -82,7 +79,7 @@ def test_the_head_of_the_walk_is_level_and_the_walk_is_the_same(page):
 
 
 def test_a_task_of_ones_own_takes_twenty_lines():
-    (block,) = [b for b in BLOCKS if "class Reach" in b]
+    (block,) = [b for b in blocks(PAGE, "python") if "class Reach" in b]
     lines = [line for line in block.splitlines() if line.strip() and '"""' not in line]
     assert len(lines) <= 20
 

@@ -28,6 +28,7 @@ from plantigrade.workflows.settings import (
     VaultSettings,
 )
 from plantigrade.workflows.simulate_settings import SimulateSettings
+from tests.textbook import walk_file
 
 
 def python(program: str, **options) -> str:
@@ -42,13 +43,7 @@ def python(program: str, **options) -> str:
 @pytest.fixture(scope="module")
 def walk(tmp_path_factory) -> Path:
     """A recording: the textbook walk."""
-    from plantigrade.io import write
-    from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
-
-    path = tmp_path_factory.mktemp("face") / "walk.c3d"
-    human = pg.Human.create(1.74, 71.0, "male", joints="42")
-    write(recorded(textbook_walk(human, cycles=2), path), path)
-    return path
+    return walk_file(tmp_path_factory.mktemp("face") / "walk.c3d", cycles=2)
 
 
 @pytest.fixture(scope="module")

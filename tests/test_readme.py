@@ -8,30 +8,21 @@ from pathlib import Path
 import pytest
 
 from plantigrade.extras import install_command
+from tests.paste import blocks
+from tests.textbook import walk_file
 
 ROOT = Path(__file__).resolve().parents[1]
 README = ROOT / "README.md"
 CI = ROOT / ".ci" / "run"
 
 
-def blocks(language: str) -> list[str]:
-    """Return the code blocks of the README in ``language``."""
-    return re.findall(rf"^```{language}\n(.*?)^```", README.read_text("utf-8"), re.DOTALL | re.M)
-
-
 @pytest.fixture(scope="module")
 def walk(tmp_path_factory):
     """The file ``walk.c3d`` of the examples: a textbook walk."""
-    from plantigrade.io import write
-    from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
-    from plantigrade.models import Human
-
-    path = tmp_path_factory.mktemp("readme") / "walk.c3d"
-    write(recorded(textbook_walk(Human.create(1.74, 71.0, "male"), speed=1.25), path), path)
-    return path
+    return walk_file(tmp_path_factory.mktemp("readme") / "walk.c3d", speed=1.25)
 
 
-@pytest.mark.parametrize("source", blocks("python"))
+@pytest.mark.parametrize("source", blocks(README, "python"))
 def test_python_block_runs(source, walk, monkeypatch, capsys):
     monkeypatch.chdir(walk.parent)
     exec(compile(source, str(README), "exec"), {"__name__": "__main__"})
@@ -39,17 +30,17 @@ def test_python_block_runs(source, walk, monkeypatch, capsys):
 
 
 def test_there_is_a_python_block():
-    assert blocks("python")
+    assert blocks(README, "python")
 
 
 def test_the_test_command_is_the_one_that_is_checked():
-    (command,) = [block.strip() for block in blocks("bash") if "pytest" in block]
+    (command,) = [block.strip() for block in blocks(README, "bash") if "pytest" in block]
     lines = [line.strip() for line in CI.read_text("utf-8").splitlines()]
     assert command in lines
 
 
 def test_the_main_command_is_tried_from_the_wheel():
-    (command,) = [block.strip() for block in blocks("bash") if "plantigrade demo" in block]
+    (command,) = [block.strip() for block in blocks(README, "bash") if "plantigrade demo" in block]
     install, job = command.split(" && ")
     assert install == install_command("synthesis")
     assert job in [line.strip() for line in CI.read_text("utf-8").splitlines()]
@@ -58,14 +49,14 @@ def test_the_main_command_is_tried_from_the_wheel():
 def test_every_command_exists():
     from plantigrade.commands.main import COMMANDS
 
-    spoken = re.findall(r"\bplantigrade ([a-z]+)\b", "\n".join(blocks("bash")))
+    spoken = re.findall(r"\bplantigrade ([a-z]+)\b", "\n".join(blocks(README, "bash")))
     assert spoken and set(spoken) <= set(COMMANDS)
 
 
 def test_commands_parse():
     from plantigrade.commands.main import parse
 
-    for line in "".join(blocks("bash")).splitlines():
+    for line in "".join(blocks(README, "bash")).splitlines():
         for part in line.split("&&"):
             words = shlex.split(part)
             if words[0] == "plantigrade":
@@ -82,7 +73,7 @@ def test_the_commands_run_in_order_and_write_what_they_name(tmp_path, monkeypatc
     shutil.copytree(demo.folder / "runs", "runs")
     before = {path.name for path in Path("runs").iterdir()}
     ran = []
-    for line in "".join(blocks("bash")).splitlines():
+    for line in "".join(blocks(README, "bash")).splitlines():
         words = shlex.split(line)
         if words[0] == "plantigrade" and "--live" not in words:
             assert main([*words[1:], "--quiet"]) == 0, line
@@ -148,7 +139,7 @@ def test_results_are_those_of_the_page_of_measured_results():
 def test_how_to_cite_agrees_with_the_citation_file():
     yaml = pytest.importorskip("yaml")
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text("utf-8"))
-    (bibtex,) = blocks("bibtex")
+    (bibtex,) = blocks(README, "bibtex")
     assert f"version = {{{citation['version']}}}" in bibtex
     assert f"license = {{{citation['license']}}}" in bibtex
 

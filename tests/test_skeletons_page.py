@@ -1,12 +1,13 @@
 """The examples of the page on other skeletons run."""
 
-import re
 from pathlib import Path
 
 import pytest
 
+from tests.paste import blocks
+
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "skeletons.md"
-EXAMPLES = re.findall(r"^```python\n(.*?)^```", PAGE.read_text("utf-8"), re.M | re.S)
+EXAMPLES = blocks(PAGE, "python")
 
 
 @pytest.mark.slow

@@ -1,13 +1,13 @@
 """The page on motion from a task runs as printed, and what it says of the motions is true."""
 
 import re
-import shlex
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from plantigrade import check
+from tests.paste import blocks, commands, run_code
 
 pytestmark = pytest.mark.solver
 
@@ -15,18 +15,10 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "synthesize.md"
 TEXT = PAGE.read_text("utf-8")
 
 
-def blocks(language: str) -> list[str]:
-    """Return the code blocks of the page in ``language``."""
-    return re.findall(rf"^```{language}\n(.*?)^```", TEXT, re.M | re.S)
-
-
 @pytest.fixture(scope="module")
 def page():
     """Every name the page defines, after all its code has run from top to bottom."""
-    names: dict = {"__name__": "page"}
-    for block in blocks("python"):
-        exec(compile(block, str(PAGE), "exec"), names)
-    return names
+    return run_code(PAGE)
 
 
 def test_the_squat_passes_the_check(page):
@@ -51,7 +43,7 @@ def test_hips_go_down_to_the_requested_depth(page):
 def test_the_task_file_shifts_the_weight(page):
     from plantigrade.trajopt import parse_task_file, synthesize
 
-    (text,) = blocks("toml")
+    (text,) = blocks(PAGE, "toml")
     task_file = parse_task_file(text)
     task = task_file.task(page["human"])
     made = synthesize(page["body"], page["replace"](task, nodes_per_second=10.0))
@@ -65,12 +57,11 @@ def test_its_commands_and_options_exist(tmp_path, monkeypatch):
     from plantigrade.commands.main import parse
 
     monkeypatch.chdir(tmp_path)
-    (text,) = blocks("toml")
+    (text,) = blocks(PAGE, "toml")
     (tmp_path / "shift.toml").write_text(text)
-    lines = [line for block in blocks("bash") for line in block.splitlines()]
-    assert len(lines) > 5
-    for line in lines:
-        words = shlex.split(line)
+    every = list(commands(PAGE, "bash"))
+    assert len(every) > 5
+    for words in every:
         assert words[0] == "plantigrade"
         parse(words[1], words[2:])
 

@@ -17,6 +17,7 @@ from plantigrade.commands import main as cli
 from plantigrade.errors import ParameterError
 from plantigrade.record.inputs import inputs, names_of
 from tests.browser import wait_for
+from tests.textbook import walk_file
 
 KINDS = {
     "HC038A11": ("c3d/HC038A11.c3d", ["HC038A01.c3d"]),
@@ -324,14 +325,7 @@ def in_group(group: int) -> bool:
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory):
     """A textbook walk in an empty folder."""
-    from plantigrade.io import write
-    from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
-    from plantigrade.models import Human
-
-    path = tmp_path_factory.mktemp("walks") / "walk.c3d"
-    human = Human.create(1.74, 71.0, "male", joints="42")
-    write(recorded(textbook_walk(human, cycles=2), path), path)
-    return path
+    return walk_file(tmp_path_factory.mktemp("walks") / "walk.c3d", cycles=2)
 
 
 @pytest.mark.slow

@@ -8,13 +8,11 @@ import sys
 import pytest
 
 from plantigrade.commands.main import main
-from plantigrade.io import write
-from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
-from plantigrade.models import Human
 from plantigrade.printable import UNSAFE, printable, short_name
 from plantigrade.record import Run
 from plantigrade.record.folder import write_folder
 from plantigrade.record.metrics import metrics_json, read_metrics
+from tests.textbook import walk_file
 
 NAME = "\x1b]0;t\x07 <blink>\"'\n\u202e\x9b2J\udcff-é.trc"
 """Sets a title, turns the line around, clears the screen, ends a line, is no UTF-8."""
@@ -23,8 +21,7 @@ NAME = "\x1b]0;t\x07 <blink>\"'\n\u202e\x9b2J\udcff-é.trc"
 @pytest.fixture(scope="module")
 def walk(tmp_path_factory):
     """A recording under a nasty name."""
-    path = tmp_path_factory.mktemp("names") / "walk.trc"
-    write(recorded(textbook_walk(Human.create(), speed=1.2, cycles=1), path), path)
+    path = walk_file(tmp_path_factory.mktemp("names") / "walk.trc", speed=1.2, cycles=1)
     return path.rename(path.with_name(NAME))
 
 

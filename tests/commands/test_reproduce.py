@@ -13,6 +13,7 @@ from plantigrade.commands import main as cli
 from plantigrade.errors import ParameterError
 from plantigrade.workflows.fit_many import recordings
 from tests.browser import moved
+from tests.textbook import walk_file
 
 FILES = {
     "model.xml", "motion.npz", "motion.mot", "metrics.json", "report.html", "viewer.html",
@@ -220,15 +221,9 @@ def test_bad_words_are_one_sentence(tmp_path, monkeypatch, capsys, words, senten
 
 @pytest.mark.slow
 def test_a_study_is_numbered_where_its_name_is_taken(tmp_path, monkeypatch, capsys):
-    from plantigrade.io import write
-    from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
-    from plantigrade.models import Human
-
     monkeypatch.chdir(tmp_path)
-    human = Human.create(1.74, 71.0, "male", joints="42")
     for seed, name in enumerate(("anna", "beth")):
-        walk = textbook_walk(human, cycles=2)
-        write(recorded(walk, Path(f"{name}.c3d"), seed=seed), f"{name}.c3d")
+        walk_file(Path(f"{name}.c3d"), seed=seed, cycles=2)
     (tmp_path / "runs" / "reproduce-study-anna-and-1-more").mkdir(parents=True)
     (tmp_path / "runs" / "reproduce-study-anna-and-1-more" / "notes").write_text("mine")
     words = ["reproduce", "anna.c3d", "beth.c3d", "--no-dynamics", "--quiet"]

@@ -1,24 +1,18 @@
 """Fixtures of the tests of walks."""
 
-import numpy as np
 import pytest
 
 from plantigrade.control.pendulum import walk_of
-from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
-from plantigrade.motion import Motion
-from plantigrade.record import Record
 from plantigrade.world import World
+from tests.textbook import walk_record
 
 
 @pytest.fixture(scope="session")
 def walk():
     """The textbook walk of a person, a stride of it closed."""
     human = Human.create(1.7, 65.0, "female", "42", "two-segment")
-    textbook = textbook_walk(human, speed=1.2, rate=60.0, cycles=2)
-    rest = np.zeros((len(textbook.time), human.model.nv))
-    motion = Motion(textbook.time, textbook.qpos, rest, human.joint_names, events=textbook.events)
-    return walk_of(Record(human, motion))
+    return walk_of(walk_record(human, speed=1.2, rate=60.0, cycles=2))
 
 
 @pytest.fixture(scope="session")

@@ -16,21 +16,18 @@ from plantigrade.control import passive
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import lowest
 from plantigrade.kinematics.state import BodyState
-from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.kinematics.transfer import leg_length, transferred
 from plantigrade.models import Human
-from plantigrade.motion import Motion
 from plantigrade.record import Record
 from plantigrade.world import Command, Controller, PhasePush, Push, Rates
+from tests.textbook import walk_record
 
 
 @pytest.fixture(scope="module")
 def record() -> Record:
     """The textbook walk, open."""
     human = Human.create(1.7, 65.0, "female", "42", "rigid")
-    book = textbook_walk(human, speed=1.2, rate=60.0, cycles=2)
-    rest = np.zeros((len(book.time), human.model.nv))
-    return Record(human, Motion(book.time, book.qpos, rest, human.joint_names, events=book.events))
+    return walk_record(human, speed=1.2, rate=60.0, cycles=2)
 
 
 @pytest.fixture(scope="module")

@@ -12,14 +12,13 @@ from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.spatial.conventions import about_vertical, rotation_matrix, turned
+from tests.textbook import walk_record
 
 
 @pytest.fixture(scope="module")
 def walker():
     human = Human.create(1.7, 65.0, "female", "42", "rigid")
-    book = textbook_walk(human, speed=1.2, rate=60.0, cycles=2)
-    rest = np.zeros((len(book.time), human.model.nv))
-    return human, Motion(book.time, book.qpos, rest, human.joint_names, events=book.events)
+    return human, walk_record(human, speed=1.2, rate=60.0, cycles=2).motion
 
 
 @pytest.mark.parametrize("heading", [0.1, 1.5, np.pi, -2.5])

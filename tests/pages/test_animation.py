@@ -12,9 +12,7 @@ from plantigrade.charts import theme
 from plantigrade.contact.ground import GroundStep, Seat
 from plantigrade.contact.scene import SceneObject
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.textbook_recording import textbook_walk
 from plantigrade.models import Human
-from plantigrade.motion import Motion
 from plantigrade.pages.animated_ground import WOOD
 from plantigrade.pages.animation import moving_picture
 from plantigrade.pages.camera import VIEWS, Camera
@@ -22,9 +20,9 @@ from plantigrade.pages.outlines import outlines
 from plantigrade.pages.playback import LOOP_PAUSE, playback
 from plantigrade.pages.scene import poses
 from plantigrade.pages.shapes import shapes_of, surface_points
-from plantigrade.record import Record
 from plantigrade.record.scene_objects import PLACES, object_signals
 from plantigrade.spatial.conventions import rotation_matrix
+from tests.textbook import walk_record
 
 SVG = "{http://www.w3.org/2000/svg}"
 PANEL_BONES = 16
@@ -33,11 +31,7 @@ PANEL_BONES = 16
 @pytest.fixture(scope="module")
 def walking():
     """A textbook walk on multi-segment feet: strides that repeat exactly."""
-    human = Human.create(feet="multi-segment")
-    walk = textbook_walk(human, speed=1.3, cycles=3)
-    still = np.zeros((len(walk.time), human.model.nv))
-    motion = Motion(walk.time, walk.qpos, still, human.joint_names, events=walk.events)
-    return Record(human, motion)
+    return walk_record(Human.create(feet="multi-segment"), speed=1.3, cycles=3)
 
 
 def moving_part(svg: str) -> ET.Element:

@@ -1,18 +1,18 @@
 """The bones of multi-segment feet in the viewer page, seen by an X-ray."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from plantigrade.kinematics.textbook_recording import textbook_walk
 from plantigrade.models import Human
-from plantigrade.motion import Motion
 from plantigrade.pages.scene import build_scene
 from plantigrade.pages.viewer import viewer_html
 from plantigrade.record import Record
 from plantigrade.skin import foot_bones
 from tests.conftest import open_browser
+from tests.textbook import walk_record
 
 READY = "document.body.dataset.ready === '1'"
 BONES = 32  # of both feet
@@ -21,11 +21,8 @@ BONES = 32  # of both feet
 @pytest.fixture(scope="module")
 def walking() -> Record:
     """A few frames of a textbook walk on multi-segment feet."""
-    human = Human.create(feet="multi-segment")
-    walk = textbook_walk(human, speed=1.3, cycles=1)
-    qpos = walk.qpos[::10]
-    still = np.zeros((len(qpos), human.model.nv))
-    return Record(human, Motion(walk.time[::10], qpos, still, human.joint_names))
+    walk = walk_record(Human.create(feet="multi-segment"), speed=1.3, cycles=1)
+    return replace(walk, motion=walk.motion.frames(slice(None, None, 10)))
 
 
 @pytest.fixture(scope="module")

@@ -10,12 +10,10 @@ import subprocess
 import numpy as np
 import pytest
 
-from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
-from plantigrade.motion import Motion
-from plantigrade.record import Record
 from plantigrade.robots import RetargetSettings, Robot, retarget
 from tests.robots.biped import biped
+from tests.textbook import walk_record
 
 pytestmark = pytest.mark.slow
 
@@ -24,10 +22,7 @@ pytestmark = pytest.mark.slow
 def walked(tmp_path_factory):
     """A stride on a robot, and its folder."""
     folder = tmp_path_factory.mktemp("walk")
-    human = Human.create(1.75, 73.0)
-    textbook = textbook_walk(human, speed=1.2, rate=60.0, cycles=1)
-    rest = np.zeros((len(textbook.time), human.model.nv))
-    record = Record(human, Motion(textbook.time, textbook.qpos, rest, human.joint_names))
+    record = walk_record(Human.create(1.75, 73.0), speed=1.2, rate=60.0, cycles=1)
     # loco-mujoco finds joints by their names, the free one too
     text = biped().replace("<freejoint/>", '<freejoint name="root"/>')
     (folder / "robot.xml").write_text(text)

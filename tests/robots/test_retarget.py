@@ -13,12 +13,12 @@ from benchmarks.robots import WHEEL_ROBOTS
 from plantigrade.commands import main as cli
 from plantigrade.contact.ground import Ground
 from plantigrade.errors import FileError, FitError, ParameterError
-from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record
 from plantigrade.robots import RetargetSettings, Robot, RobotSettings, retarget
 from tests.robots.biped import biped
+from tests.textbook import walk_record
 
 SETTINGS = RetargetSettings(rate=25.0)
 
@@ -26,10 +26,7 @@ SETTINGS = RetargetSettings(rate=25.0)
 @pytest.fixture(scope="module")
 def walk() -> Record:
     """A stride of the textbook walk."""
-    human = Human.create(1.75, 73.0)
-    textbook = textbook_walk(human, speed=1.2, rate=60.0, cycles=1)
-    rest = np.zeros((len(textbook.time), human.model.nv))
-    return Record(human, Motion(textbook.time, textbook.qpos, rest, human.joint_names))
+    return walk_record(Human.create(1.75, 73.0), speed=1.2, rate=60.0, cycles=1)
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ import pytest
 
 import plantigrade as pg
 from plantigrade.workflows.save import save
+from tests.textbook import walk_file
 
 pytestmark = pytest.mark.solver
 
@@ -24,13 +25,7 @@ SLOW = ("reproduce", "simulate", "synthesize", "track", "zhakatayev2023")
 
 @pytest.fixture(scope="module")
 def walk(tmp_path_factory) -> Path:
-    from plantigrade.io import write
-    from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
-
-    path = tmp_path_factory.mktemp("equal") / "walk.c3d"
-    human = pg.Human.create(1.74, 71.0, "male", joints="42")
-    write(recorded(textbook_walk(human, cycles=2), path), path)
-    return path
+    return walk_file(tmp_path_factory.mktemp("equal") / "walk.c3d", cycles=2)
 
 
 @pytest.mark.parametrize(

@@ -19,9 +19,6 @@ from plantigrade.analyze.reproduction_status import (
 from plantigrade.constants import GRAVITY
 from plantigrade.contact.site import contact_sites
 from plantigrade.errors import ReproduceError
-from plantigrade.io import write
-from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
-from plantigrade.models import Human
 from plantigrade.motion import GaitEvent
 from plantigrade.ordered_tasks.phases import ordered_events, walking_events
 from plantigrade.record import Run
@@ -29,6 +26,7 @@ from plantigrade.workflows import reproduce as reproducing
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.save import save
 from plantigrade.workflows.settings import ReproduceSettings
+from tests.textbook import walk_file
 
 PLAIN = ReproduceSettings(no_dynamics=True)
 
@@ -36,9 +34,7 @@ PLAIN = ReproduceSettings(no_dynamics=True)
 @pytest.fixture(scope="module")
 def fitted(tmp_path_factory):
     """The textbook walk, recorded and fitted."""
-    path = tmp_path_factory.mktemp("walk") / "walk.c3d"
-    write(recorded(textbook_walk(Human.create(1.74, 71.0), speed=1.25), path), path)
-    return fit_trial(path)
+    return fit_trial(walk_file(tmp_path_factory.mktemp("walk") / "walk.c3d", speed=1.25))
 
 
 @pytest.fixture(scope="module")

@@ -11,23 +11,20 @@ from plantigrade.control.pendulum import walk_of
 from plantigrade.control.pendulum.transfer import transferred_walk
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.stride import stride_of
-from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Record, Run
 from plantigrade.workflows.save import save
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.styles import THEN, pose_of, styles_of, timed
+from tests.textbook import walk_record
 
 
 @pytest.fixture(scope="module")
 def walk() -> Record:
     """The textbook walk of a person with rigid feet, a stride of it closed."""
     human = Human.create(1.7, 65.0, "female", "42", "rigid")
-    book = textbook_walk(human, speed=1.2, rate=60.0, cycles=2)
-    rest = np.zeros((len(book.time), human.model.nv))
-    motion = Motion(book.time, book.qpos, rest, human.joint_names, events=book.events)
-    return walk_of(Record(human, motion))
+    return walk_of(walk_record(human, speed=1.2, rate=60.0, cycles=2))
 
 
 def test_words_have_a_time_behind_them():
