@@ -301,6 +301,8 @@ class StepPlan:
     def _lower(self, ground: Height, com, foot, com_ref, foot_ref) -> None:
         """Lower the body for one leg to reach its foot, unless the recorded one reaches as far.
 
+        Where that does not reach the ground itself, the foot hangs over it, and the gait waits.
+
         Args:
             ground: Height of the ground at a position [m].
             com: Centre of mass, horizontal [m].
@@ -317,7 +319,8 @@ class StepPlan:
         spare = height[1] + self.person.com_height - float(com_ref[2] - foot_ref[2])
         own, length = self.settings.plan, self.person.leg_length
         lowering = min(height[1] - height[0], own.max_lowering * length) + drop
-        lowering -= max(spare, 0.0) + own.min_lowering * length
+        late = any(foot.wait > 0.0 for foot in self.gait.feet)
+        lowering -= (spare if late else max(spare, 0.0)) + own.min_lowering * length
         self.lowering = max(self.lowering, lowering)
 
     @property
