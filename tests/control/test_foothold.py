@@ -67,9 +67,15 @@ def test_a_sole_lies_on_heel_and_ball_and_is_kept_level_over_an_edge_along_it():
     assert slanted[0] == pytest.approx(0.0, abs=1e-12) and slanted[1] < 0.0
 
 
+def test_a_heel_whose_end_is_beyond_an_edge_stands_on_what_is_under_its_middle():
+    sole, edge = SoleOnGround(LEG, SHAPE, 1.0), 0.5 * (SHAPE.heel + SHAPE.heel_centre)
+    ground = Ground(steps=(GroundStep(edge, 0.03),))
+    np.testing.assert_allclose(sole.under(ground, np.zeros(2), X), [0.0, 0.0, 1.0], atol=1e-12)
+
+
 def test_a_foot_on_its_way_turns_from_how_it_stood_to_how_it_lands():
     sole, ground = SoleOnGround(LEG, SHAPE, 1.0), Ground(steps=(GroundStep(0.5, 0.1),))
-    foot, at = Foot("l", 1, True), np.zeros(3)
+    foot, at = Foot("l", 1, True), np.zeros(2)
     stood = sole.normal(ground, foot, 0.0, at, X, None, X)
     foot.in_stance, foot.lift_off, foot.touchdown = False, 1.0, 1.5
     goal = np.array([0.45, 0.0])  # heel before the step, ball on it

@@ -80,14 +80,20 @@ class Feet:
         """Return how far from a planned footstep a foot lands better [m]."""
         return self._soles[i].shift(self.ground.ground, footstep, other, self.plan.axes, time)
 
-    def _normal(self, i: int, positions, ahead, footstep: Footstep | None) -> Float[Array, " 3"]:
+    def _normal(
+        self, i: int, positions, ahead, soles: Soles, footstep: Footstep | None
+    ) -> Float[Array, " 3"]:
         """Return the normal of a sole whose foot points ahead, over the ground."""
         if self.ground.is_plane:
             return self.ground.normal
         gait, goal = self.plan.gait, None if footstep is None else footstep.position
-        ground, foot = self.ground.ground, gait.feet[i]
+        ground, foot, place = self.ground.ground, gait.feet[i], positions[i, :2]
+        if foot.in_stance:  # a heel that has struck stays there while the foot comes down
+            person, ahead = self.plan.person, ahead / max(hypot(*ahead), 1e-6)
+            heel = ((soles.low[person.of_side[i], :2] - place) @ ahead).min()
+            place = place + (heel - person.sole.heel_centre) * ahead
         return self._soles[i].normal(
-            ground, foot, gait.phase, positions[i], ahead, goal, self.plan.axes[:, 0]
+            ground, foot, gait.phase, place, ahead, goal, self.plan.axes[:, 0]
         )
 
     def _swing(self, i: int, ref: Instant, rate, positions, com, footstep, overlap):
@@ -180,7 +186,7 @@ class Feet:
         newest = max((f.touchdown for f in plan.gait.stance_feet), default=np.inf)
         for i, foot in enumerate(plan.gait.feet):
             now = rotations[self._feet[i]]
-            normal = self._normal(i, positions, now[:2, 0], footstep)
+            normal = self._normal(i, positions, now[:2, 0], soles, footstep)
             tilt, rotation = tilt_to(normal), ref.foot_rotation[i]
             if plan.foot_angle and not foot.in_stance:  # half of a turn's step before, half behind
                 rotation = about_vertical(plan.foot_angle) @ rotation

@@ -5,7 +5,6 @@ across it does little harm: heel and ball are far apart, and the foot lies on bo
 """
 
 from dataclasses import dataclass
-from math import hypot
 from typing import NamedTuple
 
 import numpy as np
@@ -156,7 +155,7 @@ class SoleOnGround:
         ground: Ground | Terrain,
         foot: Foot,
         phase: float,
-        ankle: Float[Array, " 3"],
+        ankle: Float[Array, " 2"],
         ahead: Float[Array, " 2"],
         footstep: Float[Array, " 2"] | None,
         landing: Float[Array, " 2"],
@@ -165,14 +164,13 @@ class SoleOnGround:
 
         Args:
             phase: Phase of the gait [s].
-            ankle: Its position [m].
-            ahead: Where the foot points, over the ground.
+            ankle: Its position, with the sole on the ground [m].
+            ahead: Where the foot points, of length one.
             footstep: Where it will land; None if that is not planned [m].
             landing: Where it will point then.
         """
         if foot.in_stance:
-            ahead = ahead / max(hypot(*ahead), 1e-6)
-            self._normal, self._shift = self.under(ground, ankle[:2], ahead), np.zeros(2)
+            self._normal, self._shift = self.under(ground, ankle, ahead), np.zeros(2)
             return self._normal
         if footstep is None:
             return self._normal
