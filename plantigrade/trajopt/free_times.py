@@ -54,8 +54,9 @@ class SearchSettings:
     shift: float = 1e-3
     #: First step, of half the distance of the bounds [1]; chosen
     first_step: float = 0.4
-    #: Relative change of the cost at which the search ends [1]; solutions are that exact
-    tolerance: float = 2e-4
+    #: Relative change of the cost at which the search ends [1]; below what motions solved to that
+    #: optimality differ by
+    tolerance: float = 5e-5
     #: Distance from a bound, relative to that of both, at which a time counts as on it [1]
     at_bound: float = 1e-3
 
