@@ -18,7 +18,7 @@ from plantigrade.kinematics.textbook_walk import TextbookWalk
 from plantigrade.motion.filters import lowpass
 from plantigrade.motion.motion import interpolate
 from plantigrade.record import Record
-from plantigrade.trajopt.tasks.settings import Walk
+from plantigrade.trajopt.tasks.gait_settings import WalkSettings
 from plantigrade.workflows.fit import fit_recording
 from plantigrade.workflows.settings import FitSettings
 from plantigrade.workflows.synthesize import synthesize_task
@@ -29,18 +29,18 @@ STAIRS_UP = (0.0, 0.15, 0.30, 0.45, 0.45, 0.45)
 """Height of the ground under each step of a walk up stairs [m]."""
 STAIRS_DOWN = (0.0, -0.15, -0.30, -0.45, -0.45, -0.45)
 """The same down stairs [m]."""
-_sloped = partial(Walk, periodic=True, speed=1.2, strides=3)
-GROUNDS: dict[str, tuple[Walk, str | None]] = {
+_sloped = partial(WalkSettings, periodic=True, speed=1.2, strides=3)
+GROUNDS: dict[str, tuple[WalkSettings, str | None]] = {
     "level, generated": (_sloped(), None),
     "slope 8° up": (_sloped(slope=float(np.deg2rad(8))), "slope:8"),
     "slope 8° down": (_sloped(slope=float(np.deg2rad(-8))), "slope:-8"),
-    "steps 15 cm up": (Walk(steps=6, heights=STAIRS_UP, speed=0.9), "steps:15"),
-    "steps 15 cm down": (Walk(steps=6, heights=STAIRS_DOWN, speed=0.9), "steps:15"),
+    "steps 15 cm up": (WalkSettings(steps=6, heights=STAIRS_UP, speed=0.9), "steps:15"),
+    "steps 15 cm down": (WalkSettings(steps=6, heights=STAIRS_DOWN, speed=0.9), "steps:15"),
 }
 """The walk to generate, and the ground given to the fit; level ground for comparison."""
 
 
-def on_ground(walk: Walk, ground: str | None) -> ForceComparison:
+def on_ground(walk: WalkSettings, ground: str | None) -> ForceComparison:
     """Return the forces estimated for a generated walk against its own.
 
     Raises:

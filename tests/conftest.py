@@ -147,7 +147,7 @@ class Synthesized:
 def synthesized(tmp_path_factory) -> Synthesized:
     """A periodic walk made from the task alone: the solution, its run, and its iterations."""
     from plantigrade.trajopt import ContactBody, parse_task_file, synthesize
-    from plantigrade.trajopt.tasks.settings import Walk
+    from plantigrade.trajopt.tasks.gait_settings import WalkSettings
     from plantigrade.workflows.save import save
     from plantigrade.workflows.settings import SolveSettings
     from plantigrade.workflows.synthesize import Origin, person, run_of, the_task
@@ -156,7 +156,7 @@ def synthesized(tmp_path_factory) -> Synthesized:
         height=1.7, mass=65.0, joints="42", basis="polynomial", nodes_per_second=28.0
     )
     human, iterations = person(how), []
-    task = the_task(human, Walk(speed=1.0, periodic=True), how, parse_task_file(QUICK_WALK))
+    task = the_task(human, WalkSettings(speed=1.0, periodic=True), how, parse_task_file(QUICK_WALK))
     body = ContactBody.for_plan(human, task.plan)
     solution = synthesize(body, task, progress=lambda stage, it: iterations.append((stage, it)))
     origin = Origin("A walk", "plantigrade synthesize walk")

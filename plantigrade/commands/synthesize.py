@@ -18,7 +18,8 @@ from plantigrade.commands.outcome import Outcome
 from plantigrade.commands.progress import Progress, SolverProgress
 from plantigrade.errors import ParameterError, known_names
 from plantigrade.options import Flag, optional, refuse_unknown
-from plantigrade.trajopt.tasks.settings import TASKS, TaskSettings
+from plantigrade.trajopt.tasks.settings import TASKS
+from plantigrade.trajopt.tasks.task_settings import TaskSettings
 from plantigrade.workflows.settings import PAPER, TRACK, PaperSettings, SolveSettings, TrackSettings
 
 if TYPE_CHECKING:

@@ -10,7 +10,12 @@ from math import degrees, isfinite, radians
 from typing import Any, get_args, get_type_hints
 
 from plantigrade.data_files import number_table
-from plantigrade.trajopt.tasks.settings import TaskSettings, Walk, WalkBackward, WalkSideways
+from plantigrade.trajopt.tasks.gait_settings import (
+    WalkBackwardSettings,
+    WalkSettings,
+    WalkSidewaysSettings,
+)
+from plantigrade.trajopt.tasks.task_settings import TaskSettings
 
 Value = float | bool | str | tuple[float, ...] | None
 """Value of a control; None is the default of a number or a point that depends on the person."""
@@ -22,9 +27,9 @@ TARGET = "target"
 """Parameter that is a point in space."""
 
 HIDDEN: Mapping[type[TaskSettings], tuple[str, ...]] = {
-    Walk: ("cadence", "optimise_timing"),  # excluded by a step length; and minutes to solve
-    WalkBackward: ("cadence",),  # excluded by a step length
-    WalkSideways: ("cadence",),
+    WalkSettings: ("cadence", "optimise_timing"),  # excluded by a step length; and minutes to solve
+    WalkBackwardSettings: ("cadence",),  # excluded by a step length
+    WalkSidewaysSettings: ("cadence",),
 }
 """Parameters of a task that are left to the command line."""
 
@@ -88,7 +93,7 @@ def controls_of(
     for field in fields(parameters):
         name, value = field.name, getattr(parameters, field.name)
         if name in HIDDEN.get(kind, ()) or (
-            isinstance(parameters, Walk) and _useless(name, periodic)
+            isinstance(parameters, WalkSettings) and _useless(name, periodic)
         ):
             continue
         label = name.replace("_", " ")

@@ -23,7 +23,7 @@ from plantigrade.options import (
 )
 from plantigrade.trajopt.tasks.free_time import FreeTime
 from plantigrade.trajopt.tasks.impairments import Impairments
-from plantigrade.trajopt.tasks.settings import Basis, TaskSettings
+from plantigrade.trajopt.tasks.task_settings import Basis, TaskSettings
 from plantigrade.vaulting.approach import Approach
 from plantigrade.vaulting.table import VaultingTable
 

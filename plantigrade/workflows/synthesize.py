@@ -25,10 +25,12 @@ from plantigrade.trajopt.solution import Solution
 from plantigrade.trajopt.solve import Progress, synthesize
 from plantigrade.trajopt.tasks.free_time import FreeTime
 from plantigrade.trajopt.tasks.gait_parameters import gait_parameters
+from plantigrade.trajopt.tasks.gait_settings import WalkSettings
 from plantigrade.trajopt.tasks.registry import task_for
-from plantigrade.trajopt.tasks.settings import TASKS, TaskSettings, Walk
+from plantigrade.trajopt.tasks.settings import TASKS
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.tasks.task_file import TaskFile
+from plantigrade.trajopt.tasks.task_settings import TaskSettings
 from plantigrade.trajopt.tasks.walking import periodic_walk
 from plantigrade.trajopt.tasks.walking_times import free_walking_times, with_walking_times
 from plantigrade.trajopt.warm_start import WarmStart
@@ -145,7 +147,7 @@ def free_times(
     """
     own = how.free_times(parameters)
     written = () if file is None else file.free_times
-    if isinstance(parameters, Walk) and parameters.optimise_timing:
+    if isinstance(parameters, WalkSettings) and parameters.optimise_timing:
         if own or file is not None:
             raise ParameterError("optimise_timing has its own free times: leave out others")
         return _walking_times(human, parameters, how)
@@ -164,7 +166,7 @@ def free_times(
 
 
 def _walking_times(
-    human: Human, parameters: Walk, how: SolveSettings
+    human: Human, parameters: WalkSettings, how: SolveSettings
 ) -> tuple[tuple[FreeTime, ...], TaskAt]:
     """Return the free times of a periodic walk, and the walk by their values."""
     chosen = {"step_length": parameters.step_length, "cadence": parameters.cadence}

@@ -4,9 +4,10 @@ import pytest
 
 from plantigrade.live.task_controls import STRENGTH, Control, controls_of, options_from
 from plantigrade.trajopt import TASKS
-from plantigrade.trajopt.tasks.settings import Reach, Walk
+from plantigrade.trajopt.tasks.gait_settings import WalkSettings
+from plantigrade.trajopt.tasks.settings import ReachSettings
 
-KINDS = [*(kind() for kind in TASKS.values()), Walk(periodic=True), Walk(slope=0.1)]
+KINDS = [*(kind() for kind in TASKS.values()), WalkSettings(periodic=True), WalkSettings(slope=0.1)]
 
 
 def values_of(controls):
@@ -39,7 +40,7 @@ def test_a_task_accepts_both_ends_of_every_slider(parameters):
 
 
 def test_a_value_beyond_the_usual_widens_its_slider():
-    (speed,) = (c for c in controls_of(Walk(speed=0.35)) if c.name == "speed")
+    (speed,) = (c for c in controls_of(WalkSettings(speed=0.35)) if c.name == "speed")
     assert speed.low == 0.35
 
 
@@ -49,7 +50,7 @@ def test_what_a_control_allows():
     whole = Control(name="w", label="w", low=1, high=5, whole=True, value=2)
     switch = Control(name="s", label="s", value=False)
     side = Control(name="side", label="side", value="r", options=("r", "l"))
-    (target,) = (c for c in controls_of(Reach()) if c.is_point)
+    (target,) = (c for c in controls_of(ReachSettings()) if c.is_point)
     allowed = [(number, 2), (default, None), (whole, 3.0), (switch, True), (side, "l")]
     allowed += [(target, None), (target, (0.5, 0.1, 1))]
     refused = [(number, 2.1), (number, None), (number, True), (number, float("nan")), (whole, 2.5)]
@@ -60,7 +61,7 @@ def test_what_a_control_allows():
 
 
 def test_degrees_and_strengths_become_options():
-    controls = {c.name: c for c in controls_of(Walk())}
+    controls = {c.name: c for c in controls_of(WalkSettings())}
     values = {"turn": 90.0, "steps": 6.0, f"{STRENGTH}knee_r": 50.0, f"{STRENGTH}hip_l": 100.0}
     options = options_from(controls, values)
     assert options["turn"] == pytest.approx(1.5707963)
@@ -69,6 +70,6 @@ def test_degrees_and_strengths_become_options():
 
 
 def test_a_weak_joint_of_the_start_stays_weak():
-    controls = {c.name: c for c in controls_of(Walk(), {"knee_r": 50.0})}
+    controls = {c.name: c for c in controls_of(WalkSettings(), {"knee_r": 50.0})}
     options = options_from(controls, values_of(controls.values()))
     assert options["joint_strength"] == ("knee_r=0.5",)

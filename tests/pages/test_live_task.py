@@ -10,7 +10,7 @@ from plantigrade.live.task_controls import controls_of
 from plantigrade.live.task_session import TaskSession
 from plantigrade.pages.live_task import LiveTask
 from plantigrade.record import Run
-from plantigrade.trajopt.tasks.settings import Walk
+from plantigrade.trajopt.tasks.gait_settings import WalkSettings
 from tests.browser import wait_for
 from tests.pages.walker import walk, walker
 
@@ -44,7 +44,7 @@ def solved(values, warm, progress) -> Run:
 @pytest.fixture
 def session():
     """A walk that has been solved once."""
-    made = TaskSession(controls_of(Walk()), solved, Clock())
+    made = TaskSession(controls_of(WalkSettings()), solved, Clock())
     made.advance()
     return made
 

@@ -21,7 +21,7 @@ from plantigrade.record.scene_objects import scene_objects_of
 from plantigrade.trajopt import ContactBody, make_task, parse_task_file, synthesize
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.dynamics import asked_by
-from plantigrade.trajopt.tasks.settings import Stand
+from plantigrade.trajopt.tasks.settings import StandSettings
 from plantigrade.trajopt.tasks.supported import on_moving_ground
 from plantigrade.workflows.settings import SolveSettings
 from plantigrade.workflows.synthesize import synthesize_task
@@ -247,7 +247,7 @@ def test_controllers_know_only_what_is_at_rest():
     with pytest.raises(ParameterError, match="at rest"):
         pg.simulate(pg.Run(riding(), "synthesize"))
     with pytest.raises(ParameterError, match="replay"):
-        synthesize_task(Stand(), SolveSettings(replay=True), file=parse_task_file(RIDE))
+        synthesize_task(StandSettings(), SolveSettings(replay=True), file=parse_task_file(RIDE))
 
 
 def test_feet_without_a_hold_need_friction():

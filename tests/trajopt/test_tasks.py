@@ -22,7 +22,7 @@ from plantigrade.trajopt import (
     read_task_file,
     synthesize,
 )
-from plantigrade.trajopt.tasks.settings import Jump
+from plantigrade.trajopt.tasks.settings import JumpSettings
 from plantigrade.trajopt.terms.contact import Contact, Dynamics
 from plantigrade.trajopt.terms.effort import Torque
 from plantigrade.trajopt.terms.limits import Within
@@ -31,7 +31,7 @@ from plantigrade.trajopt.terms.posture import Posture, Rest
 from plantigrade.trajopt.terms.term import one_sided
 
 GRAVITY = 9.81
-PUSH = Jump().push
+PUSH = JumpSettings().push
 
 
 def rise_after(s, time):

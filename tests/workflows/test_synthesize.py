@@ -14,7 +14,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.record import Run
 from plantigrade.trajopt import ContactBody, make_task, parse_task_file, synthesize
 from plantigrade.trajopt.diagnose.violations import Violation, pressing, violations
-from plantigrade.trajopt.tasks.settings import Walk
+from plantigrade.trajopt.tasks.gait_settings import WalkSettings
 from plantigrade.trajopt.warm_start import WarmStart
 from plantigrade.trajopt.zhakatayev2023 import MOTIONS, paper_human
 from plantigrade.trajopt.zhakatayev2023.solve import equal_shares, plan_of
@@ -139,7 +139,7 @@ def test_an_unusable_start_is_reported(synthesized):
         WarmStart.of_record(replace(record, signals=short))
     how = SolveSettings(joints="66", warm=synthesized.run.folder)
     with pytest.raises(ParameterError, match="the run has 42 coordinates, this person 66"):
-        synthesize_task(Walk(periodic=True), how)
+        synthesize_task(WalkSettings(periodic=True), how)
 
 
 @pytest.fixture(scope="module")
@@ -228,11 +228,11 @@ def test_settings_that_cannot_be_are_refused(given, match):
 def test_a_task_is_made_from_its_settings_or_from_a_file(synthesized):
     human, made = synthesized.run.record.human, synthesized.solution
     how = SolveSettings(basis="polynomial", nodes_per_second=11.0)
-    task = the_task(human, Walk(periodic=True), how)
+    task = the_task(human, WalkSettings(periodic=True), how)
     assert (task.basis, task.nodes_per_second) == ("polynomial", 11.0)
     assert len(task.terms) == len(made.task.terms) + 1  # the file leaves one out
     file = parse_task_file(QUICK_WALK)
-    slower = the_task(human, Walk(speed=0.8, periodic=True), how, file)
+    slower = the_task(human, WalkSettings(speed=0.8, periodic=True), how, file)
     assert slower.plan.duration > made.task.plan.duration
     assert person(SolveSettings()).joints == "43"
 

@@ -33,7 +33,7 @@ from plantigrade.trajopt.guess.postures import (
 )
 from plantigrade.trajopt.tasks.gait_parameters import TOE_OUT
 from plantigrade.trajopt.tasks.mechanics import check_support, check_time
-from plantigrade.trajopt.tasks.settings import SitToStand, StandToSit
+from plantigrade.trajopt.tasks.settings import SitToStandSettings, StandToSitSettings
 from plantigrade.trajopt.tasks.standing import at_rest, basics, bent
 from plantigrade.trajopt.tasks.supported import with_supports
 from plantigrade.trajopt.tasks.task import MotionTask
@@ -80,7 +80,7 @@ def seated_posture(human: Human, chair_height: float) -> Float[Array, " nv"]:
     return posture(human, feet, hip=(float(x), hip), tilt=SEATED_PELVIS_TILT, joints=joints)
 
 
-def sit_to_stand(human: Human, parameters: SitToStand) -> MotionTask:
+def sit_to_stand(human: Human, parameters: SitToStandSettings) -> MotionTask:
     """Return the task of rising from a chair, or of sitting down on it.
 
     The pelvis rests on two points below the hip joints, which roll on the seat without slipping
@@ -93,7 +93,7 @@ def sit_to_stand(human: Human, parameters: SitToStand) -> MotionTask:
     d, chair_height, duration = human.dimensions, parameters.chair_height, parameters.duration
     if chair_height is None:
         chair_height = CHAIR_HEIGHT_SHARE * (d.ankle_height + d.shank)
-    reverse, rests = isinstance(parameters, StandToSit), ()
+    reverse, rests = isinstance(parameters, StandToSitSettings), ()
     feet, sites = turned_out(human), seat_sites(human)
     seated, standing = seated_posture(human, chair_height), standing_on(human, feet)
     off = parameters.seat_off * duration

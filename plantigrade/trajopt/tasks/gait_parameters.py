@@ -36,7 +36,7 @@ from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.models.textbook_gait import CLASS_SPEEDS, FOOT_OFF
-from plantigrade.trajopt.tasks.settings import MAX_WALKING_SPEED, MIN_WALKING_SPEED
+from plantigrade.trajopt.tasks.task_settings import MAX_WALKING_SPEED, MIN_WALKING_SPEED
 
 STEP_TIMES = (0.15, 3.0)  # [s] minimum and maximum step time
 

@@ -28,7 +28,7 @@ from plantigrade.trajopt.guess.postures import standing_feet, standing_posture
 from plantigrade.trajopt.guess.rising import RisingPostures
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.tasks.mechanics import check_time
-from plantigrade.trajopt.tasks.settings import GetUp
+from plantigrade.trajopt.tasks.settings import GetUpSettings
 from plantigrade.trajopt.tasks.sitting_on_floor import from_sitting
 from plantigrade.trajopt.tasks.standing import at_rest, basics
 from plantigrade.trajopt.tasks.supported import with_supports
@@ -78,7 +78,7 @@ _HALF_KNEELING = _Times(-1.0, -1.0, -1.0, 0.37, 0.63, 0.80)  # [1] of the durati
 _ALL_FOURS = _Times(0.10, 0.27, 0.40, 0.54, 0.71, 0.86)  # [1] of the duration. Estimate.
 
 
-def get_up(human: Human, parameters: GetUp) -> MotionTask:
+def get_up(human: Human, parameters: GetUpSettings) -> MotionTask:
     """Return the task of getting up from hands and knees, from one knee, or from sitting.
 
     Toes of a leg that kneels are on the floor.

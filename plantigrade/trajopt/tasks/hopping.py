@@ -19,8 +19,8 @@ from plantigrade.models import Human
 from plantigrade.side_names import opposite
 from plantigrade.trajopt.guess.postures import reaching, standing_feet, standing_posture
 from plantigrade.trajopt.problem.contact_body import ContactBody
+from plantigrade.trajopt.tasks.gait_settings import HopSettings
 from plantigrade.trajopt.tasks.running import NODES_PER_SECOND, flying_terms
-from plantigrade.trajopt.tasks.settings import Hop
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.tasks.walking import PELVIS_LEAN, STANDING_POSTURE, UPRIGHT_WEIGHTS
 from plantigrade.trajopt.terms.limits import Within
@@ -42,7 +42,7 @@ TOUCHDOWN_ANKLE = float(np.deg2rad(-10.0))
 GUESS_CROUCH = (0.03, 0.05)  # [m] pelvis below standing at touchdown, and further at mid-contact
 
 
-def hop(human: Human, parameters: Hop) -> MotionTask:
+def hop(human: Human, parameters: HopSettings) -> MotionTask:
     """Return the task of hopping on the spot.
 
     Raises:
@@ -74,7 +74,7 @@ def hop(human: Human, parameters: Hop) -> MotionTask:
     return MotionTask("hop", plan, tuple(terms), guess, NODES_PER_SECOND)
 
 
-def hopping_plan(human: Human, parameters: Hop) -> ContactPlan:
+def hopping_plan(human: Human, parameters: HopSettings) -> ContactPlan:
     """Return one contact and the flight after it."""
     period = 60.0 / parameters.hops_per_minute
     contact = period - 2.0 * float(np.sqrt(2.0 * parameters.hop_height / human.gravity))

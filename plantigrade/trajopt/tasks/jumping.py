@@ -18,7 +18,7 @@ from plantigrade.models import Human
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 from plantigrade.trajopt.guess.postures import KeyPostures, standing_feet, standing_posture
 from plantigrade.trajopt.tasks.mechanics import check_crouch, check_push, check_time
-from plantigrade.trajopt.tasks.settings import Jump, Pushing, TakeOff
+from plantigrade.trajopt.tasks.settings import JumpSettings, PushingSettings, TakeOffSettings
 from plantigrade.trajopt.tasks.standing import at_rest, basics, crouch
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.terms.limits import Limits, PowerLimit, Within
@@ -48,7 +48,7 @@ GUESS_LEG_SHORTENING = 0.06  # [leg lengths] shortening of the legs of the guess
 NODES_PER_SECOND = 40.0
 
 
-def jump(human: Human, parameters: Jump) -> MotionTask:
+def jump(human: Human, parameters: JumpSettings) -> MotionTask:
     """Return the task of a jump.
 
     Raises:
@@ -87,7 +87,7 @@ def jump(human: Human, parameters: Jump) -> MotionTask:
     return MotionTask("jump", plan, terms, guess, nodes_per_second=NODES_PER_SECOND)
 
 
-def _jump_guess(human: Human, parameters: Jump, depth: float, down: float) -> KeyPostures:
+def _jump_guess(human: Human, parameters: JumpSettings, depth: float, down: float) -> KeyPostures:
     """Return postures of a jump that goes down by a depth [m] and lands at a time [s]."""
     height, distance = parameters.jump_height, parameters.distance
     push, landing = parameters.push, parameters.landing
@@ -110,7 +110,7 @@ def _jump_guess(human: Human, parameters: Jump, depth: float, down: float) -> Ke
     )
 
 
-def take_off(human: Human, parameters: TakeOff) -> MotionTask:
+def take_off(human: Human, parameters: TakeOffSettings) -> MotionTask:
     """Return the task of leaving the ground as high as can be; it ends in the air.
 
     Raises:
@@ -166,7 +166,7 @@ def _countermovement(human: Human, push: float, depth: float) -> tuple[Term, ...
     )
 
 
-def _depth(human: Human, parameters: Pushing) -> float:
+def _depth(human: Human, parameters: PushingSettings) -> float:
     """Return how far the pelvis goes down [m].
 
     Raises:

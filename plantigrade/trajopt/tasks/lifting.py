@@ -20,7 +20,7 @@ from plantigrade.trajopt.guess.postures import (
     standing_posture,
     standing_stances,
 )
-from plantigrade.trajopt.tasks.settings import Lift
+from plantigrade.trajopt.tasks.settings import LiftSettings
 from plantigrade.trajopt.tasks.standing import at_rest, basics, crouch
 from plantigrade.trajopt.tasks.task import MotionTask, ObjectPath
 from plantigrade.trajopt.terms.carrying import (
@@ -49,7 +49,7 @@ BEHIND = {"patella": 0.01, "asis": 0.01, "sternum": 0.01, "forehead": 0.01}
 """Landmarks that stay behind the box, and how thick the body is before them [m]. Estimate."""
 
 
-def lift(human: Human, parameters: Lift) -> MotionTask:
+def lift(human: Human, parameters: LiftSettings) -> MotionTask:
     """Return the task of lifting a box from the floor onto a table, from standing to standing.
 
     Raises:
@@ -95,7 +95,7 @@ def lift(human: Human, parameters: Lift) -> MotionTask:
 
 
 def _drawn(
-    way: CarryingPath, parameters: Lift, ahead: float
+    way: CarryingPath, parameters: LiftSettings, ahead: float
 ) -> tuple[tuple[SceneObject, ObjectPath], ...]:
     """Return box and table; the table begins where the box rises past its edge."""
     table = (TABLE_DEPTH, TABLE_WIDTH, TABLE_THICKNESS)

@@ -22,7 +22,7 @@ from plantigrade.trajopt.terms.targets import Reach
 from plantigrade.trajopt.terms.term import Term
 
 
-def reach(human: Human, parameters: settings.Reach) -> MotionTask:
+def reach(human: Human, parameters: settings.ReachSettings) -> MotionTask:
     """Return the task of bringing a hand to a place, feet where they are."""
     side, target, duration = parameters.side, parameters.target, parameters.duration
     d = human.dimensions

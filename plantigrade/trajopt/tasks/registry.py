@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from plantigrade.models import Human
-from plantigrade.trajopt.tasks import settings
+from plantigrade.trajopt.tasks import gait_settings, settings
 from plantigrade.trajopt.tasks.chair import sit_to_stand
 from plantigrade.trajopt.tasks.getting_up import get_up
 from plantigrade.trajopt.tasks.hopping import hop
@@ -12,30 +12,31 @@ from plantigrade.trajopt.tasks.jumping import jump, take_off
 from plantigrade.trajopt.tasks.lifting import lift
 from plantigrade.trajopt.tasks.reach import reach
 from plantigrade.trajopt.tasks.running import run
-from plantigrade.trajopt.tasks.settings import TaskSettings, settings_for
+from plantigrade.trajopt.tasks.settings import settings_for
 from plantigrade.trajopt.tasks.side_step import side_step
 from plantigrade.trajopt.tasks.standing import squat, stand
 from plantigrade.trajopt.tasks.task import MotionTask
+from plantigrade.trajopt.tasks.task_settings import TaskSettings
 from plantigrade.trajopt.tasks.walking import walk
 from plantigrade.trajopt.tasks.walking_backward import walk_backward
 from plantigrade.trajopt.tasks.walking_sideways import walk_sideways
 
 MAKERS: Mapping[type[TaskSettings], Callable[[Human, Any], MotionTask]] = {
-    settings.Walk: walk,
-    settings.WalkBackward: walk_backward,
-    settings.WalkSideways: walk_sideways,
-    settings.Run: run,
-    settings.Hop: hop,
-    settings.SitToStand: sit_to_stand,
-    settings.StandToSit: sit_to_stand,
-    settings.GetUp: get_up,
-    settings.Squat: squat,
-    settings.Reach: reach,
-    settings.Lift: lift,
-    settings.SideStep: side_step,
-    settings.Jump: jump,
-    settings.TakeOff: take_off,
-    settings.Stand: stand,
+    gait_settings.WalkSettings: walk,
+    gait_settings.WalkBackwardSettings: walk_backward,
+    gait_settings.WalkSidewaysSettings: walk_sideways,
+    gait_settings.RunSettings: run,
+    gait_settings.HopSettings: hop,
+    settings.SitToStandSettings: sit_to_stand,
+    settings.StandToSitSettings: sit_to_stand,
+    settings.GetUpSettings: get_up,
+    settings.SquatSettings: squat,
+    settings.ReachSettings: reach,
+    settings.LiftSettings: lift,
+    settings.SideStepSettings: side_step,
+    settings.JumpSettings: jump,
+    settings.TakeOffSettings: take_off,
+    settings.StandSettings: stand,
 }
 
 

@@ -22,7 +22,7 @@ from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.models import Human
 from plantigrade.trajopt.guess.walk import crude_guess
 from plantigrade.trajopt.tasks.gait_parameters import TOE_OUT, leg_length
-from plantigrade.trajopt.tasks.settings import Run
+from plantigrade.trajopt.tasks.gait_settings import RunSettings
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.tasks.walking import STANDING_POSTURE, UPRIGHT_WEIGHTS
 from plantigrade.trajopt.terms.contact import Clearance, Contact, Dynamics, Forces
@@ -58,7 +58,7 @@ ELBOW_FLEXION = float(np.deg2rad(90.0))  # [rad] of runners
 NODES_PER_SECOND = 120.0
 
 
-def run(human: Human, parameters: Run) -> MotionTask:
+def run(human: Human, parameters: RunSettings) -> MotionTask:
     """Return the task of running.
 
     Raises:
@@ -74,7 +74,7 @@ def run(human: Human, parameters: Run) -> MotionTask:
     )
 
 
-def running_plan(human: Human, parameters: Run) -> ContactPlan:
+def running_plan(human: Human, parameters: RunSettings) -> ContactPlan:
     """Return one stance and the flight after it, mirrored from step to step.
 
     Raises:

@@ -9,7 +9,7 @@ from plantigrade.side_names import opposite
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
 from plantigrade.trajopt.guess.postures import KeyPostures, standing_feet, standing_posture
 from plantigrade.trajopt.tasks.mechanics import check_support
-from plantigrade.trajopt.tasks.settings import SideStep
+from plantigrade.trajopt.tasks.settings import SideStepSettings
 from plantigrade.trajopt.tasks.standing import at_rest, basics
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.terms.contact import Clearance
@@ -26,7 +26,7 @@ PELVIS_HEIGHT_WEIGHT = 300.0
 MAX_STEP_LENGTH = 0.55  # [leg lengths] maximum step; about 20° of hip abduction each
 
 
-def side_step(human: Human, parameters: SideStep) -> MotionTask:
+def side_step(human: Human, parameters: SideStepSettings) -> MotionTask:
     """Return the task of a step to the side, from standing to standing.
 
     Raises:

@@ -17,7 +17,7 @@ from plantigrade.trajopt.guess.postures import (
     standing_stances,
 )
 from plantigrade.trajopt.tasks.mechanics import check_time
-from plantigrade.trajopt.tasks.settings import Squat, Stand
+from plantigrade.trajopt.tasks.settings import SquatSettings, StandSettings
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.terms.contact import Contact, Dynamics, Forces
 from plantigrade.trajopt.terms.effort import Acceleration, Torque
@@ -65,7 +65,7 @@ def at_rest(human: Human, time: float, q: Float[Array, " nv"]) -> tuple[Term, ..
     return Pose(time, coordinates), Quiet(time)
 
 
-def stand(human: Human, parameters: Stand) -> MotionTask:
+def stand(human: Human, parameters: StandSettings) -> MotionTask:
     """Return a person who stands on both feet, with the usual conditions and costs."""
     plan = ContactPlan(
         parameters.duration, standing_stances(standing_feet(human), parameters.duration)
@@ -76,7 +76,7 @@ def stand(human: Human, parameters: Stand) -> MotionTask:
     )
 
 
-def squat(human: Human, parameters: Squat) -> MotionTask:
+def squat(human: Human, parameters: SquatSettings) -> MotionTask:
     """Return the task of a squat: the depth of the pelvis is given, the costs decide the rest.
 
     Raises:

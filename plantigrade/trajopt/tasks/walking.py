@@ -46,8 +46,8 @@ from plantigrade.models import Human
 from plantigrade.trajopt.guess.walk import walking_guess
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.tasks.gait_parameters import GaitParameters, gait_parameters
+from plantigrade.trajopt.tasks.gait_settings import WalkSettings
 from plantigrade.trajopt.tasks.mechanics import check_froude, check_support
-from plantigrade.trajopt.tasks.settings import Walk
 from plantigrade.trajopt.tasks.task import Guess, MotionTask
 from plantigrade.trajopt.tasks.walking_plan import periodic_walk_plan, walk_plan
 from plantigrade.trajopt.tasks.walking_weights import WalkingWeights
@@ -140,7 +140,7 @@ def walking_terms(step_time: float, slope: float = 0.0) -> tuple[Term, ...]:
     )
 
 
-def walk(human: Human, parameters: Walk) -> MotionTask:
+def walk(human: Human, parameters: WalkSettings) -> MotionTask:
     """Return the task of walking.
 
     Raises:

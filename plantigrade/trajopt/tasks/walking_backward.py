@@ -13,8 +13,8 @@ from plantigrade.models import Human
 from plantigrade.trajopt.guess.walk import walking_guess
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.tasks.gait_parameters import ball_off, gait_parameters
+from plantigrade.trajopt.tasks.gait_settings import WalkBackwardSettings
 from plantigrade.trajopt.tasks.mechanics import check_froude
-from plantigrade.trajopt.tasks.settings import WalkBackward
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.tasks.walking import NODES_PER_SECOND, USUAL_SPEED, walking_terms
 from plantigrade.trajopt.tasks.walking_plan import periodic_walk_plan
@@ -26,7 +26,7 @@ speed that is this share (*estimate*)."""
 HEEL_DOWN = 0.3  # [1] time of the heel's touchdown relative to stance, after the toes. Estimate.
 
 
-def walk_backward(human: Human, parameters: WalkBackward) -> MotionTask:
+def walk_backward(human: Human, parameters: WalkBackwardSettings) -> MotionTask:
     """Return the task of walking backward periodically, of which half a stride is solved.
 
     Raises:

@@ -25,7 +25,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.side_names import opposite
 from plantigrade.trajopt.tasks.gait_parameters import GaitParameters
-from plantigrade.trajopt.tasks.settings import Side
+from plantigrade.trajopt.tasks.task_settings import Side
 
 End = Literal["standing", "walking"]
 MAX_TURN_PER_STEP = float(np.deg2rad(60.0))  # [rad] maximum turn between consecutive steps

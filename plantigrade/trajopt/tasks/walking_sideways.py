@@ -22,7 +22,7 @@ from plantigrade.trajopt.guess.postures import (
 )
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.tasks.gait_parameters import TOE_OUT, leg_length
-from plantigrade.trajopt.tasks.settings import WalkSideways
+from plantigrade.trajopt.tasks.gait_settings import WalkSidewaysSettings
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.tasks.walking import walking_terms
 from plantigrade.trajopt.tasks.walking_plan import standing_distance
@@ -39,7 +39,7 @@ GUESS_LIFT = 0.05  # [m] how high the feet of the guess are lifted
 NODES_PER_SECOND = 40.0
 
 
-def walk_sideways(human: Human, parameters: WalkSideways) -> MotionTask:
+def walk_sideways(human: Human, parameters: WalkSidewaysSettings) -> MotionTask:
     """Return the task of walking sideways periodically, of which a stride is solved.
 
     Raises:
