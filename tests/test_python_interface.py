@@ -137,8 +137,8 @@ WELCOME = (
     ("s.ReproduceSettings(no_dynamics=np.True_).no_dynamics", "True"),
     ("s.SolveSettings(restarts=np.int64(2)).restarts", "2"),
     ("s.FitSettings(static='a.trc').static.name", "'a.trc'"),
-    ("t.Reach(target=np.array([1, 0, 1])).target", "(1.0, 0.0, 1.0)"),
-    ("t.Walk(heights=[0.1, 0.2, 0.2, 0.2]).heights", "(0.1, 0.2, 0.2, 0.2)"),
+    ("t.ReachSettings(target=np.array([1, 0, 1])).target", "(1.0, 0.0, 1.0)"),
+    ("t.WalkSettings(heights=[0.1, 0.2, 0.2, 0.2]).heights", "(0.1, 0.2, 0.2, 0.2)"),
 )
 WRONG = (
     ("pg.fit(p, heigth=1.8)", "no option 'heigth'; did you mean 'height'"),
