@@ -6,7 +6,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from experiments.table import Row, at_most
-from plantigrade.contact.ground import Bump, Ground
+from plantigrade.contact.ground import Ground
+from plantigrade.contact.relief import Bump
 from plantigrade.kinematics.foot_pose import SEGMENTS, FootPoser, marks
 from plantigrade.models import Human
 

@@ -6,7 +6,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.bounds import number
-from plantigrade.contact.ground import Ground, HeightField
+from plantigrade.contact.ground import Ground
+from plantigrade.contact.relief import HeightField
 from plantigrade.world import Disturbance, World
 from plantigrade.world.disturbance import MAX_FORCE, body_index
 from plantigrade.world.grounds import GRID_SPACING, RELIEF_ASIDE, relief

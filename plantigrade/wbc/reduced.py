@@ -22,7 +22,7 @@ _SIX = np.eye(6)
 
 
 @dataclass(frozen=True, eq=False)
-class ReducedDynamics:
+class InstantDynamics:
     """The equations of motion at one instant."""
 
     M: Float[Array, "nv nv"]  #: Joint-space inertia
@@ -73,7 +73,7 @@ class Reduced:
 
     def __init__(
         self,
-        dynamics: ReducedDynamics,
+        dynamics: InstantDynamics,
         H: Float[Array, "nv nv"],
         g: Float[Array, " nv"],
         K: Float[Array, "d m"],
@@ -136,7 +136,7 @@ def _acceleration_cost(H: Array, g: Array, root: Array) -> Float[Array, "columns
     return cost
 
 
-def _torque_rows(dynamics: ReducedDynamics, root: Array) -> Float[Array, "n columns"]:
+def _torque_rows(dynamics: InstantDynamics, root: Array) -> Float[Array, "n columns"]:
     """Return torques by accelerations of joints, by wrenches on bodies, and the constant part."""
     n = len(dynamics.given)
     rows = dynamics.M[6:, :6] @ root

@@ -28,7 +28,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.rigid_points import RigidPoints
 from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
-from plantigrade.wbc.reduced import Reduced, ReducedDynamics, TorqueCost
+from plantigrade.wbc.reduced import InstantDynamics, Reduced, TorqueCost
 from plantigrade.wbc.rows import Objective, PointRows, Rows, cost
 from plantigrade.wbc.shares import ShareProgram
 from plantigrade.wbc.torque_limits import TorqueLimits
@@ -137,7 +137,7 @@ class WholeBody:
         edges = self.unit * touching.edges()
         jacobian = points.body_jacobian.reshape(-1, n + 6)
         inertia = state.mass_matrix, state.bias
-        dynamics = ReducedDynamics(*inertia, self.armature, _each(passive, n), jacobian)
+        dynamics = InstantDynamics(*inertia, self.armature, _each(passive, n), jacobian)
         torques = None
         if np.any(torque_weight):
             torques = TorqueCost(_each(torque, n), _each(torque_weight, n))

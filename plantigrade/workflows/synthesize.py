@@ -14,28 +14,29 @@ from plantigrade.analyze.human_limits import motion_notes
 from plantigrade.analyze.movement import movement_figures
 from plantigrade.analyze.verdict import Verdict
 from plantigrade.errors import ParameterError
-from plantigrade.models import Human
 from plantigrade.record import Provenance, Record, Run
 from plantigrade.record.provenance import source_files
 from plantigrade.trajopt.diagnose.violations import Violation, pressing
-from plantigrade.trajopt.free_times import FoundTimes, TaskAt, find_times
+from plantigrade.trajopt.free_times import find_times
 from plantigrade.trajopt.guess.walk import with_noise
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.solution import Solution
 from plantigrade.trajopt.solve import Progress, synthesize
-from plantigrade.trajopt.tasks.free_time import FreeTime
-from plantigrade.trajopt.tasks.gait_parameters import gait_parameters
-from plantigrade.trajopt.tasks.gait_settings import WalkSettings
-from plantigrade.trajopt.tasks.registry import task_for
 from plantigrade.trajopt.tasks.settings import TASKS
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.tasks.task_file import TaskFile
 from plantigrade.trajopt.tasks.task_settings import TaskSettings
-from plantigrade.trajopt.tasks.walking import periodic_walk
-from plantigrade.trajopt.tasks.walking_times import free_walking_times, with_walking_times
 from plantigrade.trajopt.warm_start import WarmStart
 from plantigrade.workflows.device import compared, without_devices
-from plantigrade.workflows.settings import DEFAULT_JOINTS, PaperSettings, SolveSettings
+from plantigrade.workflows.free_times import (
+    free_time_figures,
+    free_time_notes,
+    free_time_words,
+    free_times,
+    refuse_beside_free_times,
+)
+from plantigrade.workflows.settings import PaperSettings, SolveSettings
+from plantigrade.workflows.task import person, the_task
 
 NOISE = 0.05  # of the guesses of restarts, root mean square [rad]
 MAX_STATUS_SENTENCES = 3  # violations of the status; the report has all of them
@@ -79,7 +80,7 @@ def synthesize_task(
     """
     how, origin, began = how or SolveSettings(), origin or Origin(), clock.perf_counter()
     if how.free_time or getattr(parameters, "optimise_timing", False) or (file and file.free_times):
-        _refuse_beside_free_times(how)
+        refuse_beside_free_times(how)
     if warm is None and how.warm is not None:
         warm = WarmStart.of_record(Run.load(how.warm).record)
     human = person(how)
@@ -127,108 +128,6 @@ def proven(run: Run) -> Run:
     record = replace(run.record, notes=(*run.record.notes, certified(figures)))
     seconds = {**run.seconds, "replay": clock.perf_counter() - began}
     return replace(run, record=record, figures={**run.figures, **figures}, seconds=seconds)
-
-
-def _refuse_beside_free_times(how: SolveSettings) -> None:
-    """Refuse what means nothing where times are free: every trial is solved one way."""
-    plain = SolveSettings()
-    for name in ("solver", "warm", "restarts"):
-        if getattr(how, name) != getattr(plain, name):
-            raise ParameterError(f"{name} has no effect with free times: leave out one")
-
-
-def free_times(
-    human: Human, parameters: TaskSettings, how: SolveSettings, file: TaskFile | None = None
-) -> tuple[tuple[FreeTime, ...], TaskAt]:
-    """Return the free times of a task, none if there are none, and the task by their values.
-
-    Raises:
-        ParameterError: If one is no time of the task, or its bounds or guess are not allowed.
-    """
-    own = how.free_times(parameters)
-    written = () if file is None else file.free_times
-    if isinstance(parameters, WalkSettings) and parameters.optimise_timing:
-        if own or file is not None:
-            raise ParameterError("optimise_timing has its own free times: leave out others")
-        return _walking_times(human, parameters, how)
-    if names := {t.name for t in own} & {t.name for t in written}:
-        raise ParameterError(f"free time {min(names)} is given twice, in the file and beside it")
-
-    def task(values: Mapping[str, float]) -> MotionTask:
-        chosen, then = {t.name: values[t.name] for t in own}, file
-        if file is not None and written:
-            then = file.at(values)
-            kept = {n for n in file.free_parameters if getattr(parameters, n) != file.parameters[n]}
-            chosen = {n: then.parameters[n] for n in file.free_parameters - kept} | chosen
-        return the_task(human, replace(parameters, **chosen), how, then)
-
-    return (*own, *written), task
-
-
-def _walking_times(
-    human: Human, parameters: WalkSettings, how: SolveSettings
-) -> tuple[tuple[FreeTime, ...], TaskAt]:
-    """Return the free times of a periodic walk, and the walk by their values."""
-    chosen = {"step_length": parameters.step_length, "cadence": parameters.cadence}
-    usual = gait_parameters(human, parameters.speed, **chosen)
-
-    def task(values: Mapping[str, float]) -> MotionTask:
-        p = with_walking_times(usual, values)
-        return how.task(human, _refined(periodic_walk(human, p, slope=parameters.slope), how))
-
-    return free_walking_times(usual), task
-
-
-def free_time_figures(found: FoundTimes) -> dict[str, Any]:
-    """Return figures of a search for times."""
-    return {
-        "restarts": 1,
-        "free_times": {name: float(value) for name, value in found.times.items()},
-        "free_times_at_bounds": list(found.at_bounds),
-        "free_times_costs": [float(c) for c in found.costs],
-    }
-
-
-def free_time_words(found: FoundTimes) -> list[str]:
-    """Return the times that were found, in words."""
-    return [f"{name.replace('_', ' ')} {value:.3g} found" for name, value in found.times.items()]
-
-
-def free_time_notes(found: FoundTimes) -> list[str]:
-    """Return what the user should know of a search for times."""
-    notes = []
-    if found.at_bounds:
-        names = " and ".join(name.replace("_", " ") for name in found.at_bounds)
-        notes.append(f"On a bound, beyond which the cost may be lower: {names}.")
-    if found.stopped:
-        notes.append("The search for times was stopped; this is the best motion so far.")
-    return notes
-
-
-def person(how: SolveSettings | PaperSettings) -> Human:
-    """Return who does a task."""
-    human = replace(how, joints=how.joints or DEFAULT_JOINTS).human()
-    return how.person(human) if isinstance(how, SolveSettings) else human
-
-
-def the_task(
-    human: Human, parameters: TaskSettings, how: SolveSettings, file: TaskFile | None = None
-) -> MotionTask:
-    """Return the task of a person, on the basis and the mesh asked for.
-
-    Raises:
-        ParameterError: If a value is out of range for this person.
-    """
-    if file is None:
-        task = task_for(human, parameters)
-    else:
-        task = replace(file, parameters=asdict(parameters)).task(human)
-    return how.task(human, _refined(task, how))
-
-
-def _refined(task: MotionTask, how: SolveSettings) -> MotionTask:
-    given = {"basis": how.basis, "nodes_per_second": how.nodes_per_second}
-    return replace(task, **{name: x for name, x in given.items() if x is not None})
 
 
 def _best(

@@ -6,7 +6,8 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from plantigrade.arrays import Array, Float
-from plantigrade.contact.ground import Bump, Ground, GroundStep, HeightField
+from plantigrade.contact.ground import Ground, GroundStep
+from plantigrade.contact.relief import Bump, HeightField
 from plantigrade.errors import ParameterError
 from plantigrade.world.platform import Tilting
 

@@ -10,7 +10,8 @@ from plantigrade.analyze import Tolerances
 from plantigrade.analyze.pressure import distance_outside_hull
 from plantigrade.analyze.quantities import QUANTITIES
 from plantigrade.constants import GRAVITY as G
-from plantigrade.contact.ground import HeightField, Seat
+from plantigrade.contact.ground import Seat
+from plantigrade.contact.relief import HeightField
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human

@@ -7,8 +7,9 @@ import pytest
 
 from plantigrade import ContactPlan, Ground
 from plantigrade.constants import FRICTION
-from plantigrade.contact.ground import Bump, GroundStep, HeightField, Seat
+from plantigrade.contact.ground import GroundStep, Seat
 from plantigrade.contact.plan import Footprint, PointSupport, Stance
+from plantigrade.contact.relief import Bump, HeightField
 from plantigrade.contact.site import ContactSite
 from plantigrade.errors import ParameterError
 

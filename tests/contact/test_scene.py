@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from plantigrade import Ground
-from plantigrade.contact.ground import Bump, GroundStep, HeightField, Seat
+from plantigrade.contact.ground import GroundStep, Seat
+from plantigrade.contact.relief import Bump, HeightField
 from plantigrade.contact.scene import scene_xml
 from plantigrade.contact.site import ContactSite
 from plantigrade.models import Human

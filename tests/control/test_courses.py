@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.contact.ground import Bump, Ground
+from plantigrade.contact.ground import Ground
+from plantigrade.contact.relief import Bump
 from plantigrade.control.gait.reference import reference_of
 from plantigrade.control.pendulum import WalkCommand, Walker, walk_of
 from plantigrade.control.pendulum.crouch import Crouch, CrouchSettings

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from plantigrade.contact.ground import Ground, GroundStep, HeightField
+from plantigrade.contact.ground import Ground, GroundStep
+from plantigrade.contact.relief import HeightField
 from plantigrade.control.gait.person import SoleShape
 from plantigrade.control.gait.phase import Foot
 from plantigrade.control.gait.swing import SwingOffsetSettings

@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from plantigrade.contact.ground import Bump, Ground, GroundStep, HeightField
+from plantigrade.contact.ground import Ground, GroundStep
+from plantigrade.contact.relief import Bump, HeightField
 from plantigrade.contact.site import contact_sites
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.foot_pose import (

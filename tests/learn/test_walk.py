@@ -11,7 +11,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import plantigrade.learn as learn
-from plantigrade.contact.ground import Bump
+from plantigrade.contact.relief import Bump
 from plantigrade.errors import MissingExtra, ParameterError
 from plantigrade.learn import PAPER_GAINS, ReferenceMotion, WalkEnv, Walks
 from plantigrade.learn.action import Action

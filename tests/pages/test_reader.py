@@ -13,7 +13,8 @@ import pytest
 from plantigrade.analyze import compare_runs, gait_curves, norms, study
 from plantigrade.analyze.clinical import clinical_figures
 from plantigrade.analyze.foot_progression import foot_progression
-from plantigrade.contact.ground import Bump, Ground, GroundStep, Seat
+from plantigrade.contact.ground import Ground, GroundStep, Seat
+from plantigrade.contact.relief import Bump
 from plantigrade.models import Human
 from plantigrade.pages.compare import compare_html
 from plantigrade.pages.run_pages import report_html

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from plantigrade.contact.ground import Bump, Ground, GroundStep, HeightField, Seat
+from plantigrade.contact.ground import Ground, GroundStep, Seat
+from plantigrade.contact.relief import Bump, HeightField
 from plantigrade.pages.scene import build_scene
 from plantigrade.pages.viewer import viewer_html
 from plantigrade.skin import Skin

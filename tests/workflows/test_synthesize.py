@@ -19,14 +19,8 @@ from plantigrade.trajopt.warm_start import WarmStart
 from plantigrade.trajopt.zhakatayev2023 import MOTIONS, paper_human
 from plantigrade.trajopt.zhakatayev2023.solve import equal_shares, plan_of
 from plantigrade.workflows.settings import SolveSettings
-from plantigrade.workflows.synthesize import (
-    in_words,
-    person,
-    run_of,
-    status,
-    synthesize_task,
-    the_task,
-)
+from plantigrade.workflows.synthesize import in_words, run_of, status, synthesize_task
+from plantigrade.workflows.task import person, the_task
 from tests.conftest import QUICK_WALK
 from tests.test_self_check import carried
 

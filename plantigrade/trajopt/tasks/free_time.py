@@ -1,4 +1,4 @@
-"""A time of a task that the search chooses within bounds."""
+"""A time of a task that the search chooses within bounds, and its uses in a task file."""
 
 from dataclasses import dataclass
 from math import isfinite
@@ -32,3 +32,21 @@ class FreeTime:
             raise ParameterError(
                 f"free time {self.name}: the guess {guess} must lie from {least} to {most}"
             )
+
+
+@dataclass(frozen=True)
+class TimeUse:
+    """A time in a file that follows from a free one."""
+
+    table: str  #: Field of the file: parameters, stances, supports or added
+    entry: int  #: Which of the entries of that field; 0 of the parameters
+    key: str  #: Which of its keys
+    name: str  #: Name of the free time
+    later: float = 0.0  #: What is added to it [s]
+
+    @property
+    def text(self) -> str:
+        """The time as the file has it."""
+        if not self.later:
+            return self.name
+        return f"{self.name} {'-' if self.later < 0 else '+'} {abs(self.later):g}"
