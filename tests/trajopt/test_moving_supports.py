@@ -18,8 +18,13 @@ from plantigrade.dynamics.centroid import without_constraints
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.record import Record
 from plantigrade.record.scene_objects import scene_objects_of
-from plantigrade.trajopt import ContactBody, make_task, parse_task_file, synthesize
-from plantigrade.trajopt.problem.builder import ProblemBuilder
+from plantigrade.trajopt import (
+    ContactBody,
+    ProblemBuilder,
+    make_task,
+    parse_task_file,
+    synthesize,
+)
 from plantigrade.trajopt.problem.dynamics import asked_by
 from plantigrade.trajopt.tasks.settings import StandSettings
 from plantigrade.trajopt.tasks.supported import on_moving_ground
