@@ -122,18 +122,24 @@ class Ground:
             level = cls(height, steps=tuple(steps)).along(np.array(block.x))
             steps += [GroundStep(near, float(level) + block.height), GroundStep(far, float(level))]
             steps.sort(key=lambda step: step.x)
-        seats = tuple(
-            {
-                s.site.name: Seat(
-                    s.site.name, s.position, s.normal, s.friction,
-                    "" if s.site.part == CHAIR_PART else s.site.name,
-                    motion=s.motion,
-                )
-                for s in plan.supports
-                if not plan.on_ground(s)
-            }.values()
-        )  # fmt: skip
-        return cls(height, plan.slope, tuple(steps), seats, friction, motion=plan.motion)
+        ground = cls(height, plan.slope, tuple(steps), friction=friction, motion=plan.motion)
+        seats = {
+            s.site.name: Seat(
+                s.site.name, ground.turned(s.position), ground.turned(s.normal), s.friction,
+                "" if s.site.part == CHAIR_PART else s.site.name,
+                motion=s.motion,
+            )
+            for s in plan.supports
+            if not plan.on_ground(s)
+        }  # fmt: skip
+        return replace(ground, seats=tuple(seats.values()))
+
+    def turned(self, vector: tuple[float, float, float]) -> tuple[float, float, float]:
+        """Return a vector in axes of the ground as one in those of the world."""
+        if not self.slope:
+            return vector
+        x, y, z = map(float, self.to_world @ vector)
+        return x, y, z
 
     @property
     def moves(self) -> bool:

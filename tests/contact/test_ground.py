@@ -140,3 +140,12 @@ def test_a_ground_round_trips_through_json():
 def test_an_invalid_ground_raises(broken, match):
     with pytest.raises(ParameterError, match=match):
         Ground.from_dict(broken)
+
+
+def test_a_support_beside_a_slope_is_turned_with_it():
+    site = ContactSite(body="hand_r", name="hand_r", part="hand")
+    rail = PointSupport(site, (0.3, -0.4, 0.9), 0.0, 1.0)
+    (seat,) = Ground.of_plan(plan([0.0], supports=(rail,), slope=0.2)).seats
+    c, s = np.cos(0.2), np.sin(0.2)
+    np.testing.assert_allclose(seat.normal, (-s, 0.0, c), atol=1e-12)  # 0.9 m over the surface
+    np.testing.assert_allclose(seat.position, (0.3 * c - 0.9 * s, -0.4, 0.3 * s + 0.9 * c))
