@@ -193,7 +193,7 @@ class SolverProgress:
 
     @contextmanager
     def listening(self) -> Iterator[None]:
-        """Stop with the best solution so far at the first Ctrl-C; abort at the second."""
+        """On the first Ctrl-C stop and keep the best solution found; on the second abort."""
 
         def ask(*_: Any) -> None:
             if self.asked:

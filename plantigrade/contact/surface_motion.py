@@ -20,8 +20,8 @@ class SurfaceMotion:
     Each row is a time [s], the displacement from the place of the surface [m] and, if given, its
     velocity [m/s] and acceleration [m/s²]: 4, 7 or 10 numbers. What is not given is zero. From row
     to row the motion is the polynomial of fifth degree that has them all, from rest to rest that of
-    least jerk [Flash1985]_; before the first row and after the last one it goes on with the
-    acceleration there. Position, velocity and acceleration are continuous.
+    least jerk [Flash1985]_; before the first row and after the last one it continues with
+    the acceleration of that row. Position, velocity and acceleration are continuous.
 
     Example:
         >>> SurfaceMotion(((0.0, 0.0, 0.0, 0.0), (2.0, 0.0, 0.3, 0.0))).displacement(
@@ -33,11 +33,11 @@ class SurfaceMotion:
     rows: tuple[tuple[float, ...], ...]  #: Time, displacement, velocity and acceleration
 
     def __post_init__(self):
-        """Raise for rows that say no motion."""
+        """Refuse rows that do not describe a motion."""
         if not self.rows or any(len(row) not in ROW_LENGTHS for row in self.rows):
             raise ParameterError(
-                "a motion is rows of a time, a displacement of 3 numbers and, if wanted, a velocity"
-                " and an acceleration of 3 numbers each: [[0.5, 0, 0, 0], [2.0, 0, 0.2, 0]]"
+                "a motion consists of rows with a time, a displacement of 3 numbers and optionally "
+                "velocity and acceleration of 3 numbers each: [[0.5, 0, 0, 0], [2.0, 0, 0.2, 0]]"
             )
         if not np.all(np.isfinite(np.concatenate([np.array(row) for row in self.rows]))):
             raise ParameterError("a motion consists of finite numbers")

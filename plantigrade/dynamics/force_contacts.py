@@ -42,7 +42,7 @@ def contact_frames(
     Args:
         needs: What the motion requires.
         contacts: When feet and supports bear the person.
-        supports: What bears the person beside the feet.
+        supports: What bears the person besides the feet.
         scales: Scales of the program.
         length: Length of the foot [m].
     """
@@ -126,12 +126,12 @@ def _usual_shares(
     return found
 
 
-def told(
+def measured_wrenches(
     data: FootForces, needs: RequiredForces
 ) -> tuple[Bool[Array, "n 2"], Float[Array, "n 2 6"], Bool[Array, "n 2"]]:
-    """Return where measurements give the wrench of a foot, the wrench, and where it is not zero.
+    """Return whether the wrench of each foot is measured, the wrench, and whether it bears load.
 
-    The wrench is force [BW] and moment about the base of the foot [BW m].
+    The wrench is force [BW] and moment about the base of the foot [BW m], zero without load.
     """
     known = np.array(data.valid_side)
     force = data.force / needs.weight

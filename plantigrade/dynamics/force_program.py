@@ -15,7 +15,7 @@ from plantigrade.dynamics.force_bands import (
     errors_without_gait,
     spread_of,
 )
-from plantigrade.dynamics.force_contacts import contact_frames, lasting, told
+from plantigrade.dynamics.force_contacts import contact_frames, lasting, measured_wrenches
 from plantigrade.dynamics.force_rows import N_GLOBAL, ForceLayout, limits, objective
 from plantigrade.dynamics.force_scales import ForceScales
 from plantigrade.dynamics.loading import Support, completed
@@ -81,7 +81,7 @@ class ForceProgram:
         measured = np.zeros((*contact.shape, 6))
         if data is not None:
             now = self.inside
-            self.known[now, :2], measured[now, :2], carried = told(data, needs)
+            self.known[now, :2], measured[now, :2], carried = measured_wrenches(data, needs)
             contact[now, :2] = np.where(self.known[now, :2], carried, contact[now, :2])
         contact[:beyond] &= contact[beyond]
         contact[beyond + n :] &= contact[beyond + n - 1]

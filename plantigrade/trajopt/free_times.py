@@ -20,6 +20,7 @@ nearly no cost, and where a motion gets cheaper the longer it lasts, its upper b
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -38,7 +39,7 @@ from plantigrade.trajopt.transcription.evaluation import Evaluation
 from plantigrade.trajopt.transcription.mesh import nodes_like
 
 MIN_WAY = 0.01
-"""Way from which a motion travels [m]; feet that come to stand elsewhere by less do not."""
+"""Distance of the feet from start to end above which a motion counts as travel [m]. Chosen."""
 TaskAt = Callable[[Mapping[str, float]], MotionTask]
 """Makes the task of values of the free times, by name."""
 
@@ -308,17 +309,10 @@ class _Search:
     def _solved(self, x: Array) -> _Trial | None:
         best = None if self._best is None else self._best.solution
         self._costs.append(np.inf)
-        number = len(self._costs)
         try:
             task = self.task(x)
-            made = synthesize(
-                placed(self._body, task),
-                task,
-                warm=best,
-                progress=lambda stage, iterate: self._tell(f"times {number}: {stage}", iterate),
-                **({} if best is None else {"refinements": 0, "rescue": False}),
-            )
-            self._stages.extend(made.stages)
+            options = {} if best is None else {"refinements": 0, "rescue": False}
+            made = self._synthesized(task, best, f"times {len(self._costs)}", **options)
             if not made.success:
                 self._failed = made
                 return None
@@ -332,11 +326,20 @@ class _Search:
         self._costs[-1] = cost
         return _Trial(x.copy(), cost, slope, made)
 
-    def _tell(self, stage: str, iterate: Iterate) -> bool:
-        self._stopped = self._stopped or bool(
-            self._progress is not None and self._progress(stage, iterate)
-        )
-        return self._stopped
+    def _synthesized(
+        self, task: MotionTask, warm: Solution | None, name: str, **options: Any
+    ) -> Solution:
+        """Return the solution of a task, reported under a name."""
+
+        def report(stage: str, iterate: Iterate) -> bool:
+            if self._progress is not None and self._progress(f"{name}: {stage}", iterate):
+                self._stopped = True
+            return self._stopped
+
+        body = placed(self._body, task)
+        made = synthesize(body, task, warm=warm, progress=report, **options)
+        self._stages.extend(made.stages)
+        return made
 
     def result(self) -> FoundTimes:
         """Return the best motion, refined, and its times."""
@@ -348,13 +351,7 @@ class _Search:
         made = best.solution
         if len(self._costs) > 1 and not self._stopped:
             task = self.task(best.x)
-            last = synthesize(
-                placed(self._body, task),
-                task,
-                warm=made,
-                progress=lambda stage, iterate: self._tell(f"found: {stage}", iterate),
-            )
-            self._stages.extend(last.stages)
+            last = self._synthesized(task, made, "found")
             made = last if last.success else made
         on = np.abs(best.x) >= 1.0 - 2.0 * self._settings.at_bound
         names = tuple(t.name for t, there in zip(self._times, on, strict=True) if there)

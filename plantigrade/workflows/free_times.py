@@ -42,7 +42,7 @@ def free_times(
             raise ParameterError("optimise_timing has its own free times: leave out others")
         return _walking_times(human, parameters, how)
     if names := {t.name for t in own} & {t.name for t in written}:
-        raise ParameterError(f"free time {min(names)} is given twice, in the file and beside it")
+        raise ParameterError(f"free time {min(names)} is given twice, in the file and as an option")
 
     def task(values: Mapping[str, float]) -> MotionTask:
         chosen, then = {t.name: values[t.name] for t in own}, file

@@ -11,7 +11,7 @@ from plantigrade.workflows.settings import DEFAULT_JOINTS, PaperSettings, SolveS
 
 
 def person(how: SolveSettings | PaperSettings) -> Human:
-    """Return who does a task."""
+    """Return the person who does a task."""
     human = replace(how, joints=how.joints or DEFAULT_JOINTS).human()
     return how.person(human) if isinstance(how, SolveSettings) else human
 

@@ -1,7 +1,7 @@
 """Hands on armrests, walls and rails, hands, knees and seat on the floor, and ground that moves."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,13 +18,20 @@ from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.terms.contact import Contact, InFront
 from plantigrade.trajopt.terms.solid import SolidLimbs
 
-MAX_HAND_SPEED = 3.0  # [m/s] maximum speed of a support; that of a hand in a fast reach. Chosen.
-MAX_GROUND_SPEED = 30.0
-"""Maximum speed of the ground [m/s]; a bus on a motorway. Only a change of speed is felt."""
-MAX_ACCELERATION = 15.0
-"""Maximum acceleration of a surface [m/s²]; a hand in a fast reach, or an emergency brake. Chosen.
-"""
-LOOK_EVERY = 0.005  # [s] time between the instants at which a motion is looked at
+
+@dataclass(frozen=True)
+class SurfaceLimits:
+    """Limits of surfaces that move, beyond which no person follows. Chosen."""
+
+    support_speed: float = 3.0  #: Speed of a support [m/s]; that of a hand in a fast reach
+    #: Speed of the ground [m/s]; a bus on a motorway: only a change of speed is felt
+    ground_speed: float = 30.0
+    #: Acceleration of a surface [m/s²]; that of a hand in a fast reach, or an emergency brake
+    acceleration: float = 15.0
+    interval: float = 0.005  #: Interval at which speed and acceleration are compared with them [s]
+
+
+LIMITS = SurfaceLimits()
 
 
 def with_supports(task: MotionTask, supports: Sequence[PointSupport]) -> MotionTask:
@@ -54,7 +61,7 @@ def with_supports(task: MotionTask, supports: Sequence[PointSupport]) -> MotionT
         if s.motion is not None:
             during = max(s.start, 0.0), min(s.stop, task.plan.duration)
             what = f"the support of {s.site.name}"
-            _check_motion(what, s.motion, MAX_HAND_SPEED, during, task.plan.duration)
+            _check_motion(what, s.motion, LIMITS.support_speed, during, task.plan.duration)
     plan = replace(task.plan, supports=(*task.plan.supports, *supports))
     terms, guess = (*task.terms, *map(InFront, surfaces)), HandsOnSupports(task.guess)
     parts = {s.site.part for s in supports}
@@ -79,7 +86,7 @@ def on_moving_ground(task: MotionTask, motion: SurfaceMotion, gravity: float) ->
     if task.objects:
         raise ParameterError(f"{task.name} has objects, which moving ground does not carry along")
     end = task.plan.duration
-    times = _check_motion("the ground", motion, MAX_GROUND_SPEED, (0.0, end), end)
+    times = _check_motion("the ground", motion, LIMITS.ground_speed, (0.0, end), end)
     a = motion.acceleration(times)
     down = gravity + a[:, 2]
     if down.min() <= 0.0:
@@ -106,18 +113,18 @@ def _surface(support: PointSupport) -> tuple:
 def _check_motion(
     what: str, motion: SurfaceMotion, fastest: float, during: tuple[float, float], end: float
 ) -> Float[Array, " n"]:
-    """Return times of a motion at which it was looked at; raise where nobody can follow it."""
+    """Return the times at which a motion was examined [s]; refuse one that no person follows."""
     for time, *_ in motion.rows:
         if not -TIME_TOLERANCE <= time <= end + TIME_TOLERANCE:
             raise ParameterError(
-                f"{what} is given at {time:g} s, outside the motion, which lasts {end:g} s; before "
-                "its first and after its last row it goes on as there"
+                f"{what} is given at {time:g} s, outside the motion, which lasts {end:g} s; it "
+                "continues before its first and after its last row"
             )
-    steps = 2 + round((during[1] - during[0]) / LOOK_EVERY)
+    steps = 2 + round((during[1] - during[0]) / LIMITS.interval)
     times = np.linspace(*during, steps)
     for values, most, unit in (
         (motion.velocity(times), fastest, "m/s"),
-        (motion.acceleration(times), MAX_ACCELERATION, "m/s²"),
+        (motion.acceleration(times), LIMITS.acceleration, "m/s²"),
     ):
         if (found := float(np.linalg.norm(values, axis=1).max())) > most:
             raise ParameterError(
