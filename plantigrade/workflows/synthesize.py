@@ -13,6 +13,7 @@ from plantigrade.analyze.check import check
 from plantigrade.analyze.human_limits import motion_notes
 from plantigrade.analyze.movement import movement_figures
 from plantigrade.analyze.verdict import Verdict
+from plantigrade.contact.plan import ContactPlan
 from plantigrade.errors import ParameterError
 from plantigrade.record import Provenance, Record, Run
 from plantigrade.record.provenance import source_files
@@ -85,8 +86,8 @@ def synthesize_task(
         warm = WarmStart.of_record(Run.load(how.warm).record)
     human = person(how)
     task = the_task(human, parameters, how, file)
-    if how.replay and task.plan.moves:
-        raise ParameterError("replay has no ground or supports that move: leave out one of both")
+    if how.replay:
+        _require_replayable(task.plan)
     times, task_at = free_times(human, parameters, how, file)
     strides, without = getattr(parameters, "strides", 1), None
     if task.devices:
@@ -117,6 +118,17 @@ def synthesize_task(
     if without is not None:
         run = compared(run, without.record)
     return proven(run) if how.replay else run
+
+
+def _require_replayable(plan: ContactPlan) -> None:
+    """Raise for a plan with ground or supports that move, or that rests on more than the feet."""
+    if plan.moves:
+        raise ParameterError("replay has no ground or supports that move: leave out one of both")
+    if others := {s.site.name: None for s in plan.supports if plan.on_ground(s)}:
+        raise ParameterError(
+            f"this motion rests on {', '.join(others)} on the floor, and replay knows only of "
+            "feet, seats and supports: leave out one of both"
+        )
 
 
 def proven(run: Run) -> Run:

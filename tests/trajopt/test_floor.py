@@ -16,7 +16,10 @@ from plantigrade.models import Human
 from plantigrade.record import Record
 from plantigrade.trajopt import ContactBody, make_task, synthesize
 from plantigrade.trajopt.problem.contact import site_places
+from plantigrade.trajopt.tasks.settings import GetUpSettings
 from plantigrade.trajopt.transcription.derivatives import derivatives_of
+from plantigrade.workflows.settings import SolveSettings
+from plantigrade.workflows.synthesize import synthesize_task
 
 
 @cache
@@ -176,3 +179,9 @@ def test_the_check_sees_what_a_knee_does_wrong():
     sunk = replace(record, motion=replace(record.motion, qpos=qpos))
     names = " ".join(f.sentence() for f in check(sunk).findings)
     assert "knee l" in names and "inside the ground" in names
+
+
+@pytest.mark.parametrize("begin", ["hands-and-knees", "half-kneeling", "sitting"])
+def test_a_motion_on_the_floor_that_no_controller_knows_is_refused_before_it_is_solved(begin):
+    with pytest.raises(ParameterError, match="on the floor, and replay"):
+        synthesize_task(GetUpSettings(begin=begin), SolveSettings(replay=True))
