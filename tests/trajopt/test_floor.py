@@ -181,7 +181,7 @@ def test_the_check_sees_what_a_knee_does_wrong():
     assert "knee l" in names and "inside the ground" in names
 
 
-@pytest.mark.parametrize("begin", ["hands-and-knees", "half-kneeling", "sitting"])
+@pytest.mark.parametrize("begin", ["all-fours", "half-kneeling", "sitting"])
 def test_a_motion_on_the_floor_that_no_controller_knows_is_refused_before_it_is_solved(begin):
     with pytest.raises(ParameterError, match="on the floor, and replay"):
         synthesize_task(GetUpSettings(begin=begin), SolveSettings(replay=True))
