@@ -86,17 +86,19 @@ def _filled(
     x, y = (cells[:, faces, axis] for axis in range(2))
     ahead = [each[..., 1:] - each[..., :1] for each in (x, y)]
     front = ahead[0][..., 0] * ahead[1][..., 1] <= ahead[1][..., 0] * ahead[0][..., 1]
-    x, y = x[front], y[front]  # the others face away, and these lie before them
+    # The others face away, and these lie before them. Which cell a point fills takes no more than
+    # single precision, and the points are many.
+    x, y = x[front].astype(np.float32), y[front].astype(np.float32)
     first = np.nonzero(front)[0] * (rows * columns)
     sides = np.maximum(np.ptp(x, axis=1), np.ptp(y, axis=1)) * np.sqrt(2.0)
     parts = (2 ** np.ceil(np.log2(np.maximum(1.0, sides / FILL_STEP)))).astype(int)
     masks = np.zeros(len(points) * rows * columns, dtype=bool)
     for k in np.unique(parts):  # a few sizes: triangles of one size are filled together
         i, j = np.triu_indices(k + 1)
-        shares = np.stack([i, j - i, k - j]) / k
+        shares = np.stack([i, j - i, k - j]).astype(np.float32) / np.float32(k)
         own = parts == k
-        column, row = (np.rint(each[own] @ shares) for each in (x, y))
-        masks[(first[own, None] + row * columns + column).astype(np.intp)] = True
+        column, row = (np.rint(each[own] @ shares).astype(np.int32) for each in (x, y))
+        masks[first[own, None] + (row * np.int32(columns) + column)] = True
     return masks.reshape(len(points), rows, columns), low
 
 

@@ -1,6 +1,7 @@
 """A fitted skin: its surface, and its pose from those of the bodies."""
 
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -92,9 +93,13 @@ def _fitted(human: "Human", age: str) -> Skin:
     bones = Bones.of(human, surface.bone_names)
     desired = human.mass / BODY_DENSITY
 
+    @cache  # the search asks for its ends again, and so does what follows for where it ended
+    def resting(build: float, girth: float) -> RestingSkin:
+        return resting_skin(surface, human, bones, build, girth, age)
+
+    @cache
     def excess(build: float, girth: float = 1.0) -> float:
-        resting = resting_skin(surface, human, bones, build, girth, age)
-        return enclosed_volume(resting.vertices, surface.faces) / desired - 1.0
+        return enclosed_volume(resting(build, girth).vertices, surface.faces) / desired - 1.0
 
     low, high = BUILD_RANGE
     build, girth = low, 1.0
@@ -104,7 +109,7 @@ def _fitted(human: "Human", age: str) -> Skin:
         build = high
     while abs(off := excess(build, girth)) > VOLUME_TOLERANCE:
         girth /= np.sqrt(1.0 + off)
-    return Skin(surface, bones, resting_skin(surface, human, bones, build, girth, age), build)
+    return Skin(surface, bones, resting(build, girth), build)
 
 
 def enclosed_volume(vertices: Float[Array, "n 3"], faces: Int[Array, "n_faces 3"]) -> float:
