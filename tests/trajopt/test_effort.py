@@ -11,8 +11,8 @@ from plantigrade.trajopt.terms.effort import (
     MIN_INERTIA_SHARE,
     REFERENCE_STRENGTH,
     Acceleration,
+    AnklePower,
     Jerk,
-    Power,
     Torque,
     Work,
     relative_inertia,
@@ -61,18 +61,16 @@ def test_all_joints_cost_as_much_at_their_strength():
     np.testing.assert_allclose(cost, 3.0 * (REFERENCE_STRENGTH / TORQUE_SCALE) ** 2)
 
 
-def test_power_costs_less_where_joints_share_it_and_work_does_not():
-    """400 W, far above the rounding, is done by one joint, or shared equally by four."""
-    alone, shared = np.array([4.0, 0.0, 0.0, 0.0]), np.full(4, 1.0)
+def test_power_of_the_ankle_costs_by_its_fourth_power_and_work_in_proportion():
+    """Twice the power, 200 and 400 W, far above the rounding: 16 times the cost, and twice."""
     cost = {}
-    for term in (Work(1.0), Power(1.0)):
+    for term in (Work(1.0), AnklePower(1.0)):
         b = builder()
         term.add_to(b)
-        rate = b.family("work rate")
-        gain, weight = rate.gain[1, 0], rate.weight[1, 0]
-        cost[type(term)] = [np.sum(gain * p + 0.5 * weight * p**2) for p in (alone, shared)]
-    assert cost[Work][0] == pytest.approx(cost[Work][1])
-    assert cost[Power][0] == pytest.approx(4.0 * cost[Power][1])
+        rate, square = b.family("work rate").gain[1, 0], b.family("squared power").weight[1, 0]
+        cost[type(term)] = [rate * p + 0.5 * square * (p**2) ** 2 for p in (2.0, 4.0)]
+    assert cost[Work][1] == pytest.approx(2.0 * cost[Work][0])
+    assert cost[AnklePower][1] == pytest.approx(16.0 * cost[AnklePower][0])
 
 
 def test_only_the_joints_that_are_named_cost_where_others_do_not():

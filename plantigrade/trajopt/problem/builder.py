@@ -27,7 +27,10 @@ _MAKERS: Mapping[str, Callable[["ProblemBuilder"], ConstraintFamily]] = {
     "contact speed": lambda b: site_places(b.body, b.headings, rates=True),
     **{name: lambda b, name=name: b.motion_family(name) for name in MOTION},
 }
-_PARTS = ("root force", "root moment", "muscle torque", "work rate", "joint torque", "endurance")
+_PARTS = (
+    *("root force", "root moment", "muscle torque", "work rate", "joint torque"),
+    *("endurance", "squared power"),
+)
 """Families that are parts of the dynamics."""
 
 
@@ -82,9 +85,9 @@ class ProblemBuilder:
         """Return a family by name, made at the first call.
 
         It is ``"dynamics"`` or one of its parts (``"root force"``, ``"root moment"``,
-        ``"muscle torque"``, ``"work rate"``, ``"joint torque"``, ``"endurance"``), ``"contact"``,
-        ``"contact speed"``, ``"coordinates"``, ``"speeds"``, ``"accelerations"``, or a family that
-        a term has added.
+        ``"muscle torque"``, ``"work rate"``, ``"joint torque"``, ``"endurance"``,
+        ``"squared power"``), ``"contact"``, ``"contact speed"``, ``"coordinates"``, ``"speeds"``,
+        ``"accelerations"``, or a family that a term has added.
 
         Raises:
             ParameterError: If there is no such family.

@@ -40,6 +40,7 @@ def dynamics(
     - ``"work rate"`` of the muscles, :math:`\sqrt{(\tau \dot q)^2 + \epsilon^2} - \epsilon`;
     - ``"joint torque"``, muscles and tissue together, where tissue bears much
       (:attr:`ContactBody.stiff`);
+    - ``"squared power"`` of the ankles' muscles, :math:`(\tau \dot q)^2`;
     - ``"endurance"``, :math:`(e^2 + \epsilon^2)^{3/4}` of the ankles' muscles: its square is about
       :math:`|e|^3`. With the ratio :math:`\kappa` of both strengths, :math:`e` goes smoothly from
       the torque :math:`\tau` to :math:`\kappa \tau` where the weaker muscles pull.
@@ -55,6 +56,7 @@ def dynamics(
         ("work rate", sym.names[6:], "W", body.torque),
         ("joint torque", body.stiff, "N m", body.torque),
         ("endurance", _ankles(body), "", 1.0),
+        ("squared power", _ankles(body), "", 1.0),
     )
     families = []
     for (name, of, unit, size), function in zip(described, functions, strict=True):
@@ -126,6 +128,7 @@ def _functions(body: ContactBody) -> "tuple[casadi.Function, list[casadi.Functio
         work,
         ca.vertcat(ca.SX(0, 1), *joint),
         ca.vertcat(ca.SX(0, 1), *tired),
+        ca.vertcat(ca.SX(0, 1), *[power[body.human.hinge(n)] ** 2 for n in _ankles(body)]),
     )
     whole = ca.Function("rows", given, [ca.vertcat(*parts)])
     return whole, [ca.Function("rows", given, [part]) for part in parts]

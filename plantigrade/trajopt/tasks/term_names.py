@@ -20,7 +20,7 @@ _KINDS: tuple[type[Term], ...] = (
     *(contact.Dynamics, contact.Contact, contact.Above, contact.Clearance, contact.Forces),
     *(limits.Limits, limits.Within, limits.PowerLimit),
     *(impairment.Weakness, impairment.Brace, external.Wrench, external.Hold, device.Device),
-    *(effort.Torque, effort.Work, effort.Power, effort.Acceleration, effort.Jerk),
+    *(effort.Torque, effort.Work, effort.AnklePower, effort.Acceleration, effort.Jerk),
     *(posture.Pose, posture.Rest, posture.Quiet, posture.Posture),
     *(posture.Upright, posture.Facing, posture.Symmetry, targets.Reach, targets.CentreOfMass),
     *(momentum.AngularMomentum, solid.SolidLimbs, effort.Endurance),

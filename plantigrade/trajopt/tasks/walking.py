@@ -7,9 +7,9 @@ The cost is the same at every speed, for every person and every foot; the weight
   arms, and of the trunk more;
 - of the ankle the third power instead, by the strength of the muscles that make the torque, as
   endurance goes [Crowninshield1981]_; short fibres on a long tendon make it cheap [Griffin2003]_;
-- positive and negative work of muscles, and squared power at the ankle: its fibres are the shortest
-  of the leg [Rajagopal2016]_, and work of a muscle that shortens fast takes more [Hill1938]_. With
-  a cost of work alone ankles do most of the work uphill;
+- positive and negative work of muscles, and the fourth power of power at the ankle: its fibres are
+  the shortest of the leg [Rajagopal2016]_, and work of a muscle that shortens fast takes more
+  [Hill1938]_. With a cost of work alone ankles do most of the work uphill;
 - jerk, of every part by its inertia [Biess2007]_ and in the time of a step [Hogan2009]_: a slow
   walk is as smooth as a fast one is, so that its jerk costs more; and rates of contact forces. Both
   keep splines and forces smooth between nodes, and hold the centre of mass down;
@@ -52,7 +52,7 @@ from plantigrade.trajopt.tasks.task import Guess, MotionTask
 from plantigrade.trajopt.tasks.walking_plan import periodic_walk_plan, walk_plan
 from plantigrade.trajopt.tasks.walking_weights import WalkingWeights
 from plantigrade.trajopt.terms.contact import Clearance, Contact, Dynamics, Forces
-from plantigrade.trajopt.terms.effort import Acceleration, Endurance, Jerk, Power, Torque, Work
+from plantigrade.trajopt.terms.effort import Acceleration, AnklePower, Endurance, Jerk, Torque, Work
 from plantigrade.trajopt.terms.external import Hold, Wrench
 from plantigrade.trajopt.terms.limits import Limits
 from plantigrade.trajopt.terms.momentum import AngularMomentum
@@ -126,7 +126,7 @@ def walking_terms(step_time: float, slope: float = 0.0) -> tuple[Term, ...]:
         Torque(1.0, torques),
         Endurance(weights.ankle_endurance),
         Work(weights.work),
-        Power(weights.ankle_power * step_time**2, {"ankle_angle": 1.0}, others=0.0),
+        AnklePower(weights.ankle_power * step_time**4),
         Jerk(weights.jerk * step_time**6, by_inertia=True),
         Acceleration(weights.trunk_acceleration, dict.fromkeys(steady, 1.0), others=0.0),
         Forces(rate=weights.force_rate * step_time**2),

@@ -84,19 +84,19 @@ class Work(Effort):
 
 
 @dataclass(frozen=True)
-class Power(Effort):
-    r"""Cost :math:`\int \sum w_j p_j^2 dt` of the power of muscles, done and absorbed [100 W].
+class AnklePower(Term):
+    r"""Cost :math:`\int w \sum p_j^4 dt` of power of the ankles' muscles, made or absorbed [100 W].
 
     Beyond the speed at which a muscle is most efficient it takes more energy for the same work
-    [Hill1938]_. A cost of work alone does not mind one joint doing all of it. Powers are rounded
-    off at :data:`~plantigrade.trajopt.problem.dynamics.WORK_RATE_ROUNDING`, as in :class:`Work`.
+    [Hill1938]_. The fourth power lowers great powers, as up a slope, and leaves those on level
+    ground nearly as they are; the second does not tell them apart as well.
     """
 
-    weight: float = 0.1
+    weight: float = 0.1  #: :math:`w` [per (100 W)⁴ s]
 
     def add_to(self, b: ProblemBuilder) -> None:
-        """Weight squared work rates."""
-        b.penalise(b.family("work rate"), 2.0 * self.weights(b.names[6:]))
+        """Weigh the rows."""
+        b.penalise(b.family("squared power"), 2.0 * self.weight)
 
 
 @dataclass(frozen=True)
