@@ -73,7 +73,9 @@ def inward_angle(
     return (1.0 if side == "r" else -1.0) * np.arcsin(np.clip(line[:, :2] @ left, -1, 1))
 
 
-def foot_progression(record: Record) -> dict[str, Float[Array, "n_cycles 101"]]:
+def foot_progression(
+    record: Record, *, side: str | None = None
+) -> dict[str, Float[Array, "n_cycles 101"]]:
     """Return the foot progression angle over every gait cycle [deg], positive inward.
 
     It is the angle between the line of the foot (:func:`foot_line`) and the vertical plane through
@@ -81,16 +83,19 @@ def foot_progression(record: Record) -> dict[str, Float[Array, "n_cycles 101"]]:
     a person walks backward or sideways, that plane is turned by two or one right angles to where
     the pelvis faces, so that toes that point outward are negative there, too.
 
+    Args:
+        side: Foot, ``"r"`` or ``"l"``; both if absent.
+
     Returns:
         ``foot_progression_r`` and ``foot_progression_l``, one row per cycle of that foot.
     """
     motion = record.motion
     found: dict[str, np.ndarray] = {}
-    for side in SIDES:
-        cycles = cut_cycles(motion.events, side=side)
+    for own in SIDES if side is None else (side,):
+        cycles = cut_cycles(motion.events, side=own)
         if not cycles:
             continue
-        line = foot_line(record, side)
+        line = foot_line(record, own)
         rows = []
         for cycle in cycles:
             start, stop = (
@@ -101,7 +106,7 @@ def foot_progression(record: Record) -> dict[str, Float[Array, "n_cycles 101"]]:
             quats = motion.qpos[start : stop + 1, 3:7]
             way = nearest_right_angle(way, rotation_matrix(quats)[:, :2, 0].mean(axis=0))
             near = frames_near(motion.time, cycle)
-            angle = np.rad2deg(inward_angle(line[near], side, way))
+            angle = np.rad2deg(inward_angle(line[near], own, way))
             rows += list(normalise_cycles(motion.time[near], angle, [cycle]))
-        found[f"foot_progression_{side}"] = np.array(rows).reshape(-1, len(PERCENT))
+        found[f"foot_progression_{own}"] = np.array(rows).reshape(-1, len(PERCENT))
     return found

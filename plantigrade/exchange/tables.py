@@ -158,14 +158,14 @@ def side_curves(
     def put(table: Mapping[str, Array], ending: str, *, names: Mapping[str, str] | None = None):
         for name, rows in table.items():
             stem, of = split_side(name)
-            if of in ("", side) and len(rows):  # foot progression comes of both
+            if of in ("", side) and len(rows):
                 sign = mirror_sign(name) if side == "l" else 1.0
                 found[f"{names[stem] if names else stem}_{ending}"] = sign * rows
 
     ahead = [*PELVIS[:3], *(n for n in curves.angles if n not in PELVIS)]
     put({name: curves.angles[name] for name in ahead if name in curves.angles}, "deg")
     if mine:
-        put(foot_progression(record), "deg")
+        put(foot_progression(record, side=side), "deg")
     put(loaded.moments, "moment_nm_kg")
     put(loaded.powers, "power_w_kg")
     put(loaded.forces, "bw", names={of: f"ground_force_{axis}" for axis, of in AXES.items()})

@@ -254,3 +254,11 @@ def test_intervals_are_quartered_where_an_error_is_more_than_four_times_too_larg
     nodes = np.array([0.0, 0.1, 0.2])
     finer = split(nodes, np.array([0.05, 0.12, 0.18]), np.array([1.5, 1.5, 4.5]))
     np.testing.assert_allclose(finer, [0.0, 0.05, 0.1, 0.125, 0.15, 0.175, 0.2])
+
+
+@pytest.mark.slow
+def test_a_foot_that_passes_the_other_leg_keeps_to_its_side_on_the_way_to_a_solution():
+    human = Human.create(joints="66", feet="multi-segment")
+    asked = make_task("walk", human, {"periodic": True})
+    found = synthesize(asked.body_of(human), asked, rescue=False, refinements=0)
+    assert found.success and found.iterations < 60

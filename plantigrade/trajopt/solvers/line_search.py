@@ -2,7 +2,8 @@ r"""How far to go along a Newton step: a backtracking line search with a filter 
 
 A trial point is judged by two numbers, the sum of constraint residuals :math:`\theta` and the
 barrier function :math:`\varphi = f - \mu \sum \log(s - l) - \mu \sum \log(h - s)`. The filter holds
-pairs that no later point may be worse than in both.
+pairs that no later point may be worse than in both. No point may break a row far more than the one
+before: a foot that is led through the other leg would have to stay on the wrong side of it.
 """
 
 from collections.abc import Sequence
@@ -16,6 +17,13 @@ from plantigrade.trajopt.solvers.slacks import Slacks
 from plantigrade.trajopt.transcription.evaluation import Evaluation
 
 MAX_TRIALS = 14  #: Maximum number of step lengths, each half the previous one [1]
+MAX_RESIDUAL = 0.3
+"""Residual of a constraint that every trial point may have, in its own unit (body weights, radians,
+0.1 m between limbs). Chosen: with 0.1 to 0.35 a walk of 66 coordinates on multi-segment feet is
+solved at the first try, in a third of the iterations."""
+MAX_RESIDUAL_GROWTH = 2.0
+"""Factor by which a trial point may raise the largest residual beyond that [1]. Chosen: a guess far
+off, as of a jump, is solved as soon as without a limit."""
 FILTER_MARGIN = 1e-5  #: Relative improvement required by the filter [1]
 MAX_CORRECTIONS = 2  #: Maximum number of corrections of a step shortened by limits [1]
 SHORT_STEP = 0.5  #: Step fraction below which a step is corrected [1]
@@ -25,10 +33,11 @@ MIN_CORRECTION_GAIN = 1.1  #: Minimum ratio of step fractions for an accepted co
 
 @dataclass(frozen=True)
 class Merit:
-    r"""Merit of a point: :math:`\theta` and :math:`\varphi`."""
+    r"""Merit of a point: :math:`\theta`, :math:`\varphi` and the largest residual."""
 
     residual: float
     barrier: float
+    largest: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +66,8 @@ class Filter:
         theta, phi = here.residual, here.barrier
         if not (np.isfinite(trial.residual) and np.isfinite(trial.barrier)):
             return False
+        if trial.largest > max(MAX_RESIDUAL, MAX_RESIDUAL_GROWTH * here.largest):
+            return False
         rounding = 1e-10 * max(1.0, abs(phi))
         for pair in self._pairs:
             limit = pair.barrier - FILTER_MARGIN * pair.residual + rounding
@@ -66,7 +77,8 @@ class Filter:
             return trial.barrier <= phi + 1e-4 * alpha * slope + rounding
         better = trial.residual <= (1 - FILTER_MARGIN) * theta
         if better or trial.barrier <= phi - FILTER_MARGIN * theta + rounding:
-            self._pairs.append(Merit((1 - FILTER_MARGIN) * theta, phi - FILTER_MARGIN * theta))
+            theta, phi = (1 - FILTER_MARGIN) * theta, phi - FILTER_MARGIN * theta
+            self._pairs.append(Merit(theta, phi, here.largest))
             return True
         return False
 
@@ -138,7 +150,8 @@ class LineSearch:
         logarithms = sum(s.log_barrier(each) for s, each in zip(self._slacks, slacks, strict=True))
         residual = sum(float(np.abs(gap).sum()) for gap in gaps)
         residual = residual if np.isfinite(residual) else np.inf
-        return Merit(residual, objective - self._mu * logarithms)
+        largest = max(float(np.abs(gap).max(initial=0.0)) for gap in gaps)
+        return Merit(residual, objective - self._mu * logarithms, largest)
 
     def _slope(self) -> float:
         """Return the derivative of the barrier function along the step."""
