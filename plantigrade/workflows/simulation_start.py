@@ -11,7 +11,15 @@ from plantigrade.analyze.plausibility import Plausibility
 from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array
 from plantigrade.contact.ground import Ground
-from plantigrade.contact.limb_sites import HAND_PART, HEEL_PART, KNEE_PART, TOES_PART
+from plantigrade.contact.limb_sites import (
+    BACK_PART,
+    BUTTOCK_PART,
+    HAND_PART,
+    HEAD_PART,
+    HEEL_PART,
+    KNEE_PART,
+    TOES_PART,
+)
 from plantigrade.contact.site import CHAIR_PART, ContactSite
 from plantigrade.control import Situation, controller_named
 from plantigrade.control.balance import MotionReference, feasible_motion, script_named, scripted
@@ -46,7 +54,10 @@ from plantigrade.world import (
 from plantigrade.world.recorded_wrench import recorded_wrenches
 
 # Parts of sites besides those of feet
-LIMB_PARTS = (HAND_PART, KNEE_PART, TOES_PART, HEEL_PART, CHAIR_PART)
+LIMB_PARTS = (
+    *(HAND_PART, KNEE_PART, TOES_PART, HEEL_PART, CHAIR_PART),
+    *(BUTTOCK_PART, BACK_PART, HEAD_PART),
+)
 MAX_START_DEPTH = 0.3  # Largest depth of the feet below the ground at the start [m]. Chosen.
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from plantigrade import check
+from plantigrade.analyze.overlap import ground_overlap
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.limb_sites import KNEELING_PITCH, limb_site
 from plantigrade.contact.plan import ContactPlan, PointSupport
@@ -15,6 +16,7 @@ from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.record import Record
 from plantigrade.trajopt import ContactBody, make_task, synthesize
+from plantigrade.trajopt.guess.lying_leg import LyingLeg
 from plantigrade.trajopt.problem.contact import site_places
 from plantigrade.trajopt.tasks.settings import GetUpSettings
 from plantigrade.trajopt.transcription.derivatives import derivatives_of
@@ -127,6 +129,65 @@ def test_a_stretched_leg_lies_on_its_heel_and_is_drawn_in():
     for support in plan.supports:
         k = [s.name for s in body.sites].index(support.site.name)
         np.testing.assert_allclose(rows.reshape(-1, 3)[k], support.position, atol=1e-3)
+
+
+@pytest.mark.parametrize("height", [1.3, 1.98])
+def test_who_lies_on_the_back_rests_on_it_and_rolls_on_the_buttocks(height):
+    lain = Human.create(height, 22.5 * height**2, joints="43", feet="two-segment")
+    task = make_task("get-up", lain, {"begin": "lying"})
+    plan, body = task.plan, task.body_of(lain)
+    names = body.symbolic.names
+    stop = {s.site.name: s.stop for s in plan.supports}
+    assert stop["head"] < stop["back_r"] == stop["back_l"] < stop["buttock_r"] < stop["hand_l"]
+    q = task.guess(body, plan, np.array([0.0, 1.5]))
+    at = derivatives_of(site_places(body, np.zeros((2, len(body.sites))), rates=False).function)
+    p, zero = np.tile([1.0, 0.0], (2, len(body.sites))), np.zeros_like(q)
+    rows = at.values(q, zero, zero, np.zeros((2, 3 * len(body.sites))), p).reshape(2, -1, 3)
+    for support in plan.supports:
+        k = [s.name for s in body.sites].index(support.site.name)
+        np.testing.assert_allclose(rows[0, k], support.position, atol=1e-3)
+    tilt = np.rad2deg(q[:, names.index("pelvis_tilt")])
+    assert 80.0 < tilt[0] < 90.0 and tilt[1] < 40.0
+    qpos = body.symbolic.to_mujoco(q, zero, zero)[0]
+    hips, radius = [], limb_site(lain, "buttock_r").radius
+    for posture in qpos:
+        state = BodyState(lain, posture)
+        hips.append(state.position(PointSet(lain, ["femur_r"], np.zeros((1, 3))))[0, 0])
+    assert hips[1] - hips[0] == pytest.approx(radius * np.deg2rad(tilt[0] - tilt[1]), abs=0.02)
+    state = BodyState(lain, qpos[0])
+    bodies = lain.body_names
+    origins = state.position(PointSet(lain, bodies, np.zeros((len(bodies), 3))))
+    origins = np.vstack([np.zeros(3), origins])[None]
+    turns = np.stack([np.eye(3), *(state.rotation(name) for name in bodies)])[None]
+    deep = ground_overlap(lain, origins, turns, Ground())
+    depth = dict(zip(deep.names, deep.depth[0], strict=True))
+    for part in ("pelvis", "abdomen", "thorax", "head"):  # near the floor, and not in it
+        assert -0.03 < depth[f"{part} in the ground"] < 1e-4
+
+
+def test_a_leg_on_its_heel_reaches_as_far_as_its_knee_lets_it():
+    leg = LyingLeg(person(), 0.09)
+    assert leg.knee(leg.reach(0.7)) == pytest.approx(0.7, abs=1e-3)
+    assert leg.reach(0.1) > leg.reach(0.7) > leg.reach(1.4)
+
+
+@pytest.mark.slow
+@pytest.mark.solver
+@pytest.mark.parametrize("height, mass, side", [(1.3, 28.0, "r"), (1.74, 71.0, "l")])
+def test_a_person_gets_up_from_lying_on_the_back(height, mass, side):
+    lain = Human.create(height, mass, joints="43", feet="two-segment")
+    task = make_task("get-up", lain, {"begin": "lying", "side": side})
+    record = synthesize(task.body_of(lain), task).record()
+    verdict = check(record)
+    assert verdict.ok, [f.sentence() for f in verdict.findings]
+    assert record.contact_force is not None and not record.ground.seats
+    parts = ("head", "back_l", "back_r", "buttock_l", "buttock_r", "heel_behind_l", "hand_r")
+    shares = record.contact_force[0, [knee(record, n) for n in parts], 2] / record.weight
+    assert 0.9 < shares.sum() < 1.0 and shares.min() > 0.003
+    assert max(aside(record, "head"), aside(record, lain.trunk)) < np.deg2rad(20.0)
+    spine = [7 + list(lain.coordinates).index(f"{n}_extension") for n in ("lumbar", "neck")]
+    begins = record.motion.time < 1.5
+    assert np.abs(record.motion.qpos[begins][:, spine]).max() < np.deg2rad(60.0)
 
 
 @pytest.mark.slow

@@ -57,6 +57,18 @@ def standing_on(human: Human, feet: Mapping[str, Footprint]) -> Float[Array, " n
     return reaching(human, standing_posture(human)[None], there)[0]
 
 
+def with_limbs(
+    human: Human, q: Float[Array, " nv"], limbs: Mapping[str, Mapping[str, float]]
+) -> Float[Array, " nv"]:
+    """Return a posture with other angles of limbs, by side; those that a person has."""
+    out = q.copy()
+    for side, angles in limbs.items():
+        for name, angle in angles.items():
+            if f"{name}_{side}" in human.coordinates:
+                out[6 + human.hinge(f"{name}_{side}")] = angle
+    return out
+
+
 def standing_hinges(human: Human, n: int) -> Float[Array, "n n_hinges"]:
     """Return the hinges of quiet standing, n times [rad]."""
     return np.tile(standing_posture(human)[6:], (n, 1))

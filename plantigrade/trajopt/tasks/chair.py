@@ -15,14 +15,10 @@ from plantigrade.contact.limb_sites import (
 )
 from plantigrade.contact.plan import ContactPlan, Footprint, PointSupport
 from plantigrade.contact.site import ContactSite
+from plantigrade.kinematics.sole_paths import SitePoints
 from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
-from plantigrade.spatial.conventions import (
-    OPENSIM_TO_WORLD,
-    PELVIS,
-    pelvis_angles_to_quaternion,
-    rotation_matrix,
-)
+from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, PELVIS, about_axis
 from plantigrade.trajopt.guess.hands import palms, reached
 from plantigrade.trajopt.guess.postures import (
     KeyPostures,
@@ -31,6 +27,7 @@ from plantigrade.trajopt.guess.postures import (
     standing_on,
     standing_stances,
 )
+from plantigrade.trajopt.problem.contact import ACROSS
 from plantigrade.trajopt.tasks.gait_parameters import TOE_OUT
 from plantigrade.trajopt.tasks.mechanics import check_support, check_time
 from plantigrade.trajopt.tasks.settings import SitToStandSettings, StandToSitSettings
@@ -50,14 +47,19 @@ SHANK_LEAN = float(np.deg2rad(15.0))  # [rad] forward lean of the shanks in sitt
 
 
 def resting_place(
-    human: Human, site: ContactSite, q: Float[Array, " nv"]
+    human: Human, site: ContactSite, q: Float[Array, " nv"], pitch: float = 0.0
 ) -> tuple[float, float, float]:
-    """Return where a site of the pelvis rests in a posture, as rows of contact have it [m]."""
-    R = rotation_matrix(pelvis_angles_to_quaternion(q[None, :3]))[0]
-    centre = OPENSIM_TO_WORLD @ q[3:6] + R @ np.array(site.position)
+    """Return where a site rests in a posture, as rows of contact have it [m].
+
+    Args:
+        pitch: Forward pitch of its body from which it rolls [rad].
+    """
+    state = BodyState(human, human.from_coordinates(PELVIS + human.coordinates, q[None])[0])
+    centre = state.position(SitePoints(human, (site,)))[0]
+    R = state.rotation(site.body) @ about_axis(ACROSS, np.array([-pitch]))[0]
     rho = site.radius
-    x = centre[0] + rho * np.arcsin(R[2, 0])
-    y = centre[1] + rho * np.arctan2(R[2, 1], R[2, 2])
+    x = centre[0] + rho * np.arctan2(R[2, 0], R[0, 0])
+    y = centre[1] + rho * np.arctan2(R[2, 1], R[1, 1])
     return float(x), float(y), float(centre[2] - rho)
 
 

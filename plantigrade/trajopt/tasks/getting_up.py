@@ -1,9 +1,10 @@
-"""Getting up from the floor: from hands and knees over one knee, from one knee, or from sitting.
+"""Getting up from the floor: from hands and knees, from one knee, from sitting, or from lying.
 
 From hands and knees one foot comes forward between the hands, which then leave the floor; the foot
 behind pushes off the floor with its toes and is put down beside the other. From sitting both feet
-are drawn in (:mod:`~plantigrade.trajopt.tasks.sitting_on_floor`). Where and when things rest is
-given; forces, torques and the motion are computed.
+are drawn in (:mod:`~plantigrade.trajopt.tasks.sitting_on_floor`), and who lies on the back sits up
+before (:mod:`~plantigrade.trajopt.tasks.lying_on_back`). Where and when things rest is given;
+forces, torques and the motion are computed.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -27,6 +28,7 @@ from plantigrade.trajopt.guess.in_contact import KNEELING, Interpolated, resting
 from plantigrade.trajopt.guess.postures import standing_feet, standing_posture
 from plantigrade.trajopt.guess.rising import RisingPostures
 from plantigrade.trajopt.problem.contact_body import ContactBody
+from plantigrade.trajopt.tasks.lying_on_back import STRAIGHT, LyingOnBack
 from plantigrade.trajopt.tasks.mechanics import check_time
 from plantigrade.trajopt.tasks.settings import GetUpSettings
 from plantigrade.trajopt.tasks.sitting_on_floor import from_sitting
@@ -72,14 +74,14 @@ class _Times:
         return _Times(**{f.name: duration * getattr(self, f.name) for f in fields(self)})
 
 
-DURATIONS = {"half-kneeling": 3.0, "all-fours": 6.0, "sitting": 5.0}
+DURATIONS = {"half-kneeling": 3.0, "all-fours": 6.0, "sitting": 5.0, "lying": 6.0}
 """Duration from a posture on the floor where none is given [s]. Chosen."""
 _HALF_KNEELING = _Times(-1.0, -1.0, -1.0, 0.37, 0.63, 0.80)  # [1] of the duration. Estimate.
 _ALL_FOURS = _Times(0.10, 0.27, 0.40, 0.54, 0.71, 0.86)  # [1] of the duration. Estimate.
 
 
 def get_up(human: Human, parameters: GetUpSettings) -> MotionTask:
-    """Return the task of getting up from hands and knees, from one knee, or from sitting.
+    """Return the task of getting up from hands and knees, one knee, sitting or lying.
 
     Toes of a leg that kneels are on the floor.
 
@@ -88,8 +90,9 @@ def get_up(human: Human, parameters: GetUpSettings) -> MotionTask:
     """
     word("begin", parameters.begin, tuple(DURATIONS))
     duration = parameters.duration or DURATIONS[parameters.begin]
-    if parameters.begin == "sitting":
-        made = from_sitting(human, parameters.side, duration)
+    lies = LyingOnBack() if parameters.begin == "lying" else None
+    if lies is not None or parameters.begin == "sitting":
+        made = from_sitting(human, parameters.side, duration, lies)
     else:
         made = _from_knees(human, parameters.side, duration, hands=parameters.begin == "all-fours")
     plan, supports, times, postures, rises = made
@@ -108,6 +111,8 @@ def get_up(human: Human, parameters: GetUpSettings) -> MotionTask:
         Upright("trunk", sideways=WalkingWeights().trunk_lean),
         Upright("head", sideways=HEAD_WEIGHT),
     )
+    if lies is not None:
+        terms = (*terms, Posture(STRAIGHT, stop=lies.sits * duration))
     guess = Interpolated(times, (start, *postures[1:]))
     return with_supports(MotionTask("get-up", plan, terms, guess), supports)
 

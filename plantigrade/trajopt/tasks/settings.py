@@ -64,14 +64,15 @@ class GetUpSettings(TaskSettings):
     activity = "getting up from the floor"
     ranges = {"duration": (1.5, MAX_DURATION, "s")}
 
-    begin: Literal["half-kneeling", "all-fours", "sitting"] = "all-fours"
-    """Kneeling on one knee, on hands and knees, or sitting with stretched legs."""
+    begin: Literal["half-kneeling", "all-fours", "sitting", "lying"] = "all-fours"
+    """Kneeling on one knee, on hands and knees, or sitting or lying on the back with stretched
+    legs."""
     duration: Seconds = None
-    """Duration, until standing [s]; by default 3 from one knee, 6 from hands and knees, 5 from
-    sitting."""
+    """Duration, until standing [s]; by default 3 from one knee, 6 from hands and knees or lying, 5
+    from sitting."""
     side: Side = "r"
-    """Side of the foot ahead, the other knee being on the floor; or, from sitting, that is drawn in
-    first."""
+    """Side of the foot ahead, the other knee being on the floor; or, from sitting or lying, of the
+    foot that is drawn in first."""
 
 
 @dataclass(frozen=True, kw_only=True)

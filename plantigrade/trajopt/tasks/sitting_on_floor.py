@@ -1,4 +1,4 @@
-"""From sitting on the floor with stretched legs over a squat to standing.
+"""From sitting or lying on the floor with stretched legs over a squat to standing.
 
 Hands rest on the floor behind the pelvis. One foot after the other is drawn in and put down flat,
 hands and feet lift the pelvis and move it over the feet, and the hands leave the floor. Of many
@@ -6,7 +6,7 @@ ways in which young adults rise, to push with both hands and to stand up from a 
 frequent: a quarter of them [VanSant1988]_.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.limb_sites import (
+    BUTTOCK_PART,
     HEEL_PART,
     HIP_ABOVE_SEAT,
     LYING_PITCHES,
@@ -23,8 +24,10 @@ from plantigrade.contact.limb_sites import (
 from plantigrade.contact.plan import ContactPlan, PointSupport, Stance
 from plantigrade.models import Human
 from plantigrade.side_names import opposite
-from plantigrade.trajopt.guess.postures import posture, standing_on
+from plantigrade.trajopt.guess.lying_leg import LyingLeg
+from plantigrade.trajopt.guess.postures import posture, standing_on, with_limbs
 from plantigrade.trajopt.tasks.chair import resting_place, turned_out
+from plantigrade.trajopt.tasks.lying_on_back import LyingOnBack, sitting_up
 from plantigrade.trajopt.tasks.standing import bent
 
 
@@ -58,101 +61,117 @@ DRAWN_IN = {"knee_angle": 1.5, "hip_flexion": 1.75, "ankle_angle": 0.0}
 """A leg that is drawn in, its foot in the air, to start from [rad]. Estimate."""
 
 
+@dataclass(frozen=True)
+class _Times:
+    """When contacts change [s]."""
+
+    off: Mapping[str, float]  #: The heel of a side leaves the floor
+    down: Mapping[str, float]  #: The foot of a side lands flat
+    seat_off: float
+    hands_off: float
+    end: float
+
+    @classmethod
+    def of(cls, how: SittingOnFloor, first: str, begun: float, duration: float) -> "_Times":
+        """Return the times of a person who sits from ``begun`` on [s]."""
+        second, left = opposite(first), duration - begun
+        return cls(
+            {first: begun + how.first_off * left, second: begun + how.second_off * left},
+            {first: begun + how.first_down * left, second: begun + how.second_down * left},
+            begun + how.seat_off * left,
+            begun + how.hands_off * left,
+            duration,
+        )
+
+
 def from_sitting(
-    human: Human, first: str, duration: float
+    human: Human, first: str, duration: float, lies: LyingOnBack | None = None
 ) -> tuple[ContactPlan, tuple[PointSupport, ...], tuple[float, ...], Float[Array, "n nv"], float]:
     """Return the plan of the feet, other supports, times, postures and when the rise begins [s].
 
     Args:
         first: Side of the foot that is drawn in first.
         duration: Until standing [s].
+        lies: How the person lies before sitting up, if so.
     """
-    how, feet, d, size = SittingOnFloor(), turned_out(human), human.dimensions, human.height
-    second = opposite(first)
-    ankle, floor = feet[first].position[0], HIP_ABOVE_SEAT * size
-    down = {first: how.first_down * duration, second: how.second_down * duration}
-    up = {first: how.first_off * duration, second: how.second_off * duration}
-    end, seat_off, hands_off = duration + 1.0, how.seat_off * duration, how.hands_off * duration
-    hip = ankle - how.behind * size
-    behind = _with(human, standing_on(human, feet), dict.fromkeys(SIDES, ARMS_BEHIND))
+    how, feet = SittingOnFloor(), turned_out(human)
+    begun = 0.0 if lies is None else lies.sits * duration
+    at, second = _Times.of(how, first, begun, duration), opposite(first)
+    floor, end = HIP_ABOVE_SEAT * human.height, duration + 1.0
+    ankle = feet[first].position[0]
+    hip = ankle - how.behind * human.height
+    behind = with_limbs(human, standing_on(human, feet), dict.fromkeys(SIDES, ARMS_BEHIND))
     arms = dict(zip(human.coordinates, map(float, behind[6:]), strict=True))
     tucked = posture(
         human, feet, hip=(hip, floor), tilt=how.tilt, joints={**arms, **bent(human, how.trunk)}
     )
-    heels = {side: limb_site(human, f"{HEEL_PART}_{side}") for side in SIDES}
-    reach, rise = _stretched(human, heels[first].position, how.knee, floor - heels[first].radius)
-    stretched = {
-        "knee_angle": how.knee,
-        "hip_flexion": float(rise - how.tilt),
-        "ankle_angle": 0.0,
-        "subtalar_angle": 0.0,
-    }
-    supports: list[PointSupport] = []
-    for site in seat_sites(human):
-        x, y, _ = resting_place(human, site, tucked)
-        supports.append(PointSupport(site, (x, y, 0.0), -1.0, seat_off))
-    for side, left in (("r", -1.0), ("l", 1.0)):
-        place = (hip + reach, feet[side].position[1] + left * d.ankle_height, 0.0)
-        pitch = LYING_PITCHES[HEEL_PART]
-        supports.append(PointSupport(heels[side], place, -1.0, up[side], pitch=pitch))
-        palm = (hip - how.hands_behind * size, left * how.hands_aside * size, 0.0)
-        site = limb_site(human, f"hand_{side}", on_ground=True)
-        supports.append(PointSupport(site, palm, -1.0, hands_off))
-    plan = ContactPlan(
-        duration, tuple(Stance(feet[s], down[s], down[s], end, end, end) for s in SIDES)
-    )
+    leg = LyingLeg(human, floor)
+    up = None if lies is None else sitting_up(human, hip, how.tilt, duration, lies)
+    reach = leg.reach(how.knee) if up is None else up.reach
+    stretched = leg.angles(leg.knee(reach), how.tilt)
+    supports = [
+        *(() if up is None else up.supports),
+        *_seats(human, tucked, at.seat_off, lain=up is not None),
+        *_heels_and_hands(human, hip, hip + reach, lies or how, at),
+    ]
+    stances = tuple(Stance(feet[s], at.down[s], at.down[s], end, end, end) for s in SIDES)
     lifted = posture(
-        human, feet, hip=(ankle - 0.11 * size, floor + 0.06 * size), tilt=-0.4,
+        human, feet, hip=(ankle - 0.11 * human.height, floor + 0.06 * human.height), tilt=-0.4,
         joints={**arms, **bent(human, -0.5)},
     )  # fmt: skip
     squat = posture(
-        human, feet, hip=(ankle - 0.10 * size, 0.26 * size), tilt=-0.6, joints=bent(human, -0.3)
-    )
-    long = _with(human, tucked, {first: stretched, second: stretched})
+        human, feet, hip=(ankle - 0.10 * human.height, 0.26 * human.height), tilt=-0.6,
+        joints=bent(human, -0.3),
+    )  # fmt: skip
+    long = with_limbs(human, tucked, {first: stretched, second: stretched})
+    one_in = with_limbs(human, tucked, {second: stretched})
     keys = [
-        (0.0, long),
-        (up[first], long),
-        ((up[first] + down[first]) / 2, _with(human, long, {first: DRAWN_IN})),
-        (down[first], _with(human, tucked, {second: stretched})),
-        (up[second], _with(human, tucked, {second: stretched})),
-        ((up[second] + down[second]) / 2, _with(human, tucked, {second: DRAWN_IN})),
-        (down[second], tucked),
-        (seat_off, (tucked + lifted) / 2),
-        (hands_off, lifted),
-        ((hands_off + duration) / 2, squat),
+        *(() if up is None else up.keys),
+        (begun, long),
+        (at.off[first], long),
+        ((at.off[first] + at.down[first]) / 2, with_limbs(human, long, {first: DRAWN_IN})),
+        (at.down[first], one_in),
+        (at.off[second], one_in),
+        ((at.off[second] + at.down[second]) / 2, with_limbs(human, tucked, {second: DRAWN_IN})),
+        (at.down[second], tucked),
+        (at.seat_off, (tucked + lifted) / 2),
+        (at.hands_off, lifted),
+        ((at.hands_off + duration) / 2, squat),
         (duration, standing_on(human, feet)),
     ]
     times, postures = zip(*keys, strict=True)
-    return plan, tuple(supports), tuple(map(float, times)), np.array(postures), seat_off
+    plan = ContactPlan(duration, stances)
+    return plan, tuple(supports), tuple(map(float, times)), np.array(postures), at.seat_off
 
 
-def _stretched(
-    human: Human, heel: Sequence[float] | Array, knee: float, above: float
-) -> tuple[float, float]:
-    """Return how far ahead of the hip a heel is [m], and how far its thigh is off the vertical.
+def _seats(
+    human: Human, q: Float[Array, " nv"], stop: float, *, lain: bool
+) -> Iterator[PointSupport]:
+    """Yield the supports of the pelvis in sitting, to which it has rolled if the person lay."""
+    sites = [limb_site(human, f"{BUTTOCK_PART}_{s}") for s in SIDES] if lain else seat_sites(human)
+    for site in sites:
+        pitch = LYING_PITCHES.get(site.part, 0.0)
+        x, y, _ = resting_place(human, site, q, pitch)
+        yield PointSupport(site, (x, y, 0.0), -1.0, stop, pitch=pitch)
+
+
+def _heels_and_hands(
+    human: Human, hip: float, heels: float, how: SittingOnFloor | LyingOnBack, at: _Times
+) -> Iterator[PointSupport]:
+    """Yield the supports of heels and hands.
 
     Args:
-        heel: The heel in the frame of the foot, which is at right angles to the shank [m].
-        knee: Flexion of the knee [rad].
-        above: Height of the hip above the heel [m].
+        hip: Hips along x [m].
+        heels: Heels along x [m].
     """
-    d = human.dimensions
-    below = -float(heel[2]) + d.shank  # along the shank from the knee; across it, forward positive
-    ahead = float(heel[0])
-    x = ahead * np.cos(knee) - below * np.sin(knee)
-    z = -d.thigh - below * np.cos(knee) - ahead * np.sin(knee)
-    length = float(np.hypot(x, z))
-    turned = np.arccos(above / length) - np.arctan2(x, -z)
-    return float(np.sqrt(length**2 - above**2)), float(turned)
-
-
-def _with(
-    human: Human, q: Float[Array, " nv"], limbs: Mapping[str, Mapping[str, float]]
-) -> Float[Array, " nv"]:
-    """Return a posture with other angles of limbs, by side; those that a person has."""
-    out = q.copy()
-    for side, angles in limbs.items():
-        for name, angle in angles.items():
-            if f"{name}_{side}" in human.coordinates:
-                out[6 + human.hinge(f"{name}_{side}")] = angle
-    return out
+    feet = turned_out(human)
+    for side, left in (("r", -1.0), ("l", 1.0)):
+        place = (heels, feet[side].position[1] + left * human.dimensions.ankle_height, 0.0)
+        site, pitch = limb_site(human, f"{HEEL_PART}_{side}"), LYING_PITCHES[HEEL_PART]
+        yield PointSupport(site, place, -1.0, at.off[side], pitch=pitch)
+        palm = (
+            hip - how.hands_behind * human.height, left * how.hands_aside * human.height, 0.0
+        )  # fmt: skip
+        yield PointSupport(
+            limb_site(human, f"hand_{side}", on_ground=True), palm, -1.0, at.hands_off
+        )

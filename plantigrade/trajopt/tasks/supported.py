@@ -1,4 +1,4 @@
-"""Hands on armrests, walls and rails, hands, knees and seat on the floor, and ground that moves."""
+"""Hands on armrests, walls and rails, limbs, seat and back on the floor, and ground that moves."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,7 +7,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import FRICTION
-from plantigrade.contact.limb_sites import HAND_PART
+from plantigrade.contact.limb_sites import BUTTOCK_PART, HAND_PART
 from plantigrade.contact.plan import TIME_TOLERANCE, PointSupport
 from plantigrade.contact.site import CHAIR_PART
 from plantigrade.contact.surface_motion import SurfaceMotion
@@ -67,7 +67,8 @@ def with_supports(task: MotionTask, supports: Sequence[PointSupport]) -> MotionT
     parts = {s.site.part for s in supports}
     if parts != {HAND_PART}:  # near the ground
         guess = InContact(task.guess)
-        near = {"opposite_thighs": True, "shanks": True, "shoulders": CHAIR_PART in parts}
+        sits = bool(parts & {CHAIR_PART, BUTTOCK_PART})
+        near = {"opposite_thighs": True, "shanks": True, "shoulders": sits}
         terms = tuple(replace(t, **near) if isinstance(t, SolidLimbs) else t for t in terms)
     return replace(task, plan=plan, terms=terms, guess=guess)
 

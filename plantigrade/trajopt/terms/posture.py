@@ -91,15 +91,20 @@ class Posture(Term):
     Attributes:
         weights: Weight of coordinates, by name without or with side.
         targets: Their targets [rad, m]; zero if absent.
+        start: From when [s].
+        stop: Until when [s]; to the end if infinite.
     """
 
     weights: Mapping[str, float]
     targets: Mapping[str, float] = field(default_factory=dict)
+    start: float = 0.0
+    stop: float = np.inf
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh coordinates."""
         family = b.family("coordinates")
-        w = 2.0 * per_coordinate(b.names, self.weights, 0.0)
+        w = np.zeros(family.weight.shape)
+        w[b.during(self.start, self.stop)] = 2.0 * per_coordinate(b.names, self.weights, 0.0)
         b.penalise(family, w, per_coordinate(b.names, self.targets, 0.0))
 
     def mirrored(self) -> "Posture":
