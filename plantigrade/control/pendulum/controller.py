@@ -216,7 +216,8 @@ class Pendulum(Controller):
             offset[i, 2] = soles.height[self.person.of_side[i]].min()
         n_touchdowns = len(gait.touchdowns)
         grazing = self._feet.grazing(feet, load, self.footstep, step)
-        gait.update(state.time, step, load, offset, np.eye(2), grazing)
+        recovers = self.plan.recovery_share >= 1.0
+        gait.update(state.time, step, load, offset, np.eye(2), grazing, recovers)
         if len(gait.touchdowns) > n_touchdowns:
             self._record_footfall(state.time)
         self.position, self._now = body.com[:2].copy(), self._now + step

@@ -95,6 +95,9 @@ class StepPlan:
         self._turned += self.turn_rate * self.step
         swing = [f for f in gait.feet if not f.in_stance and f.stance is not None]
         self.lowering *= 1.0 - self.step / self.settings.tasks.weights.rise_time
+        if self.recovery_share >= 1.0:
+            least = self.settings.plan.recovery_lowering * self.person.leg_length
+            self.lowering = max(self.lowering, least)
         if len(gait.stance_feet) != 1 or len(swing) != 1:
             self._without_swing(body, ref, velocity, feet, ground, path, (first, beta, offsets))
             return None

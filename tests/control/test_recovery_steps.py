@@ -1,0 +1,48 @@
+"""Tests of recovery steps of a pendulum: an unloaded foot is lifted, and the body is lowered."""
+
+import numpy as np
+import pytest
+
+from plantigrade.control.gait.phase import GaitState
+from plantigrade.control.gait.reference import reference_of
+from plantigrade.control.pendulum import Pendulum
+
+STEP = 0.005  # [s]
+
+
+@pytest.mark.parametrize(
+    ("behind", "recovers", "lifted"), [(0.1, True, 3), (0.4, True, None), (0.1, False, None)]
+)
+def test_a_foot_that_bears_little_is_lifted_in_a_recovery_step(walk, behind, recovers, lifted):
+    reference = reference_of(walk)
+    schedule, weight = reference.schedule, 600.0
+    start = next(s.start for s in schedule.stances if s.side == "r") - schedule.first
+    phase = start % walk.motion.duration + 0.01
+    gait = GaitState(reference, weight, phase)
+    assert [foot.side for foot in gait.stance_feet] == ["r", "l"]
+    load = weight * np.array([1.0 - behind, behind])
+    when = None
+    for n in range(1, 6):
+        gait.update(n * STEP, STEP, load, np.zeros((2, 3)), np.eye(2), recovers=recovers)
+        if when is None and not gait.feet[1].in_stance:
+            when = n
+    assert when == lifted
+    assert gait.feet[0].in_stance
+    if lifted:  # on to its next stance, from where the phase is
+        assert gait.feet[1].lift_off == phase and gait.feet[1].touchdown > phase
+
+
+def test_the_body_is_lowered_from_the_decision_for_a_recovery_step_on(walk, world_of):
+    controller = Pendulum(walk)
+    least = controller.settings.plan.recovery_lowering * controller.person.leg_length
+    world = world_of(controller)
+    state, trunk, lowered = world.reset(), walk.human.body("torso"), []
+    while world.time < 0.5:
+        if world.time > 0.3:
+            world.push(trunk, np.array([0.0, 150.0, 0.0]))
+        state = world.step(controller(state))
+        lowered.append((world.time, controller.plan.recovery_share, controller.plan.lowering))
+    before = [low for time, _, low in lowered if time < 0.3]
+    after = [low for time, share, low in lowered if time > 0.32 and share >= 1.0]
+    assert max(before) < 0.5 * least
+    assert after and after[-1] > 0.8 * least
