@@ -48,6 +48,11 @@ PAPER_GAINS = Gains(
 )
 """Gains as printed in [Park2020]_."""
 
+LANDING_GAINS = Gains(damping=20.0)
+"""Gains of a training with landing rewarded. With half the damping, of 20 to 50 N m s/rad tried,
+side pushes that are withstood, double support and the likeness of the ankle moment grew
+(docs/learning.md); forces peak no lower for it."""
+
 
 class Action:
     """Entries of an action, and the command they define.

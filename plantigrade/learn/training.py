@@ -294,6 +294,7 @@ class Training:
             **{name: getattr(rules, name) for name in names},
             "ground": str(rules.ground),
             "weights": asdict(self.tracking.weights),
+            "base": asdict(self.tracking.action.gains),
             "human": reference.human.to_dict(),
             "period": reference.period,
             "start": None if self._start is None else self._start.digest,

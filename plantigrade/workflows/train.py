@@ -11,6 +11,7 @@ import numpy as np
 from plantigrade.errors import ParameterError, RunExists
 from plantigrade.io.text import read_text
 from plantigrade.io.writing import csv_text, write_text
+from plantigrade.learn.action import LANDING_GAINS
 from plantigrade.learn.mirror import MAX_ASYMMETRY, asymmetry
 from plantigrade.learn.policy import Policy, file_of
 from plantigrade.learn.reference import ReferenceMotion
@@ -145,6 +146,7 @@ def rules_of(source: Any, how: TrainSettings, step: Step = silent) -> Rules:
         form=how.form,
         gains=how.gains == "variable",
         ground=how.ground or "flat",
+        base=LANDING_GAINS if how.landing else None,
         weights=LANDING_WEIGHTS if how.landing else None,
         terrain=0.01 * how.terrain,
         pushes=how.pushes,
