@@ -8,7 +8,8 @@ import pytest
 from plantigrade.commands import main
 from plantigrade.errors import ParameterError
 from plantigrade.extras import install_command
-from plantigrade.learn.action import LANDING_GAINS, PAPER_GAINS, Gains
+from plantigrade.learn import PAPER_GAINS, Gains
+from plantigrade.learn.action import LANDING_GAINS
 from plantigrade.workflows import train as training
 from plantigrade.workflows.settings import TrainSettings
 
