@@ -25,8 +25,8 @@ class WalkingWeights:
     ankle_power: float = 0.14
     """Fourth power of the power of the muscles at the ankle, multiplied by that of the step time
     [per (100 W)⁴ s⁵]: faster steps are made by faster fibres. Settled with the shares of hip, knee
-    and ankle in the work up a slope of 9° in view [Montgomery2018]_. The second power with the
-    same shares uphill takes the ankle 0.2° further from people at 1.6 m/s."""
+    and ankle in the work up a slope of 9° in view [Montgomery2018]_: the second power, weighted so
+    that the shares uphill are people's, takes the ankle at 1.6 m/s further from theirs."""
     force_rate: float = 3.4e-3
     """Rates of contact forces, multiplied by the square of the step time [1/s]: muscles take 50 to
     100 ms to build up and to release force. More of it takes rise from the centre of mass."""
