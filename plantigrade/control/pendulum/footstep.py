@@ -26,10 +26,11 @@ class PlanSettings:
     """Greatest distance of hip and ankle, with the pelvis leant towards the foot [leg lengths]."""
     max_lowering: float = 0.2
     """Greatest lowering of the body for a far footstep [leg lengths]."""
-    recovery_lowering: float = 0.1
+    recovery_lowering: float = 0.07
     """Least lowering of the body in a recovery step, from its decision on [leg lengths]: lowered
     only once the foot was on its way, a body that rose from double support was up to 5 cm too high
-    at touchdown, and the foot hung over the ground with a straight leg for 60 to 90 ms."""
+    at touchdown, and the foot hung over the ground with a straight leg for 60 to 90 ms. With 0.1
+    as many pushes are survived, but legs twice as long give way in walking."""
     min_lowering: float = 0.04
     """Extra reach of the legs of a walk before the body is lowered [leg lengths]: an undisturbed
     walk steps this much farther than the recording."""
