@@ -21,7 +21,7 @@ from experiments.walking import CONTROLLERS, runs, walking
 N_TOURS = 10
 """Number of tours."""
 N_MANY_TOURS = 500
-"""Number of tours of the part that tells shares apart: 85 % of 500 are known to within 3 %."""
+"""Number of tours of the long part: a share of 85 % then has a 95 % interval of ±3 %."""
 BEST_ROBOT_SHARE = 77.0
 """Share of tours that the best of the robot's policies completed [%]."""
 NOTES = (

@@ -11,16 +11,8 @@ from plantigrade.analyze.plausibility import Plausibility
 from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array
 from plantigrade.contact.ground import Ground
-from plantigrade.contact.limb_sites import (
-    BACK_PART,
-    BUTTOCK_PART,
-    HAND_PART,
-    HEAD_PART,
-    HEEL_PART,
-    KNEE_PART,
-    TOES_PART,
-)
-from plantigrade.contact.site import CHAIR_PART, ContactSite
+from plantigrade.contact.limb_sites import SUPPORTED_PARTS
+from plantigrade.contact.site import ContactSite
 from plantigrade.control import Situation, controller_named
 from plantigrade.control.balance import MotionReference, feasible_motion, script_named, scripted
 from plantigrade.control.choices import SCRIPTED
@@ -53,11 +45,6 @@ from plantigrade.world import (
 )
 from plantigrade.world.recorded_wrench import recorded_wrenches
 
-# Parts of sites besides those of feet
-LIMB_PARTS = (
-    *(HAND_PART, KNEE_PART, TOES_PART, HEEL_PART, CHAIR_PART),
-    *(BUTTOCK_PART, BACK_PART, HEAD_PART),
-)
 MAX_START_DEPTH = 0.3  # Largest depth of the feet below the ground at the start [m]. Chosen.
 
 
@@ -278,7 +265,7 @@ def _require_feet_and_seats(record: Record) -> None:
     others = [
         site.name
         for site in record.sites
-        if site.part in LIMB_PARTS and not site.measured and site.name not in seats
+        if site.name in SUPPORTED_PARTS and not site.measured and site.name not in seats
     ]
     if others:
         raise ParameterError(

@@ -132,7 +132,7 @@ def test_a_stretched_leg_lies_on_its_heel_and_is_drawn_in():
 
 
 @pytest.mark.parametrize("height", [1.3, 1.98])
-def test_who_lies_on_the_back_rests_on_it_and_rolls_on_the_buttocks(height):
+def test_a_person_who_lies_rests_on_the_back_and_rolls_on_the_buttocks(height):
     lain = Human.create(height, 22.5 * height**2, joints="43", feet="two-segment")
     task = make_task("get-up", lain, {"begin": "lying"})
     plan, body = task.plan, task.body_of(lain)
@@ -175,17 +175,11 @@ def test_a_leg_on_its_heel_reaches_as_far_as_its_knee_lets_it():
 @pytest.mark.solver
 @pytest.mark.parametrize("height, mass, side", [(1.3, 28.0, "r"), (1.74, 71.0, "l")])
 def test_a_person_gets_up_from_lying_on_the_back(height, mass, side):
-    lain = Human.create(height, mass, joints="43", feet="two-segment")
-    task = make_task("get-up", lain, {"begin": "lying", "side": side})
-    record = synthesize(task.body_of(lain), task).record()
-    verdict = check(record)
-    assert verdict.ok, [f.sentence() for f in verdict.findings]
-    assert record.contact_force is not None and not record.ground.seats
     parts = ("head", "back_l", "back_r", "buttock_l", "buttock_r", "heel_behind_l", "hand_r")
-    shares = record.contact_force[0, [knee(record, n) for n in parts], 2] / record.weight
+    record, shares = checked_rise("lying", height, mass, side, parts)
     assert 0.9 < shares.sum() < 1.0 and shares.min() > 0.003
-    assert max(aside(record, "head"), aside(record, lain.trunk)) < np.deg2rad(20.0)
-    spine = [7 + list(lain.coordinates).index(f"{n}_extension") for n in ("lumbar", "neck")]
+    names = list(record.human.coordinates)
+    spine = [7 + names.index(f"{n}_extension") for n in ("lumbar", "neck")]
     begins = record.motion.time < 1.5
     assert np.abs(record.motion.qpos[begins][:, spine]).max() < np.deg2rad(60.0)
 
@@ -194,16 +188,23 @@ def test_a_person_gets_up_from_lying_on_the_back(height, mass, side):
 @pytest.mark.solver
 @pytest.mark.parametrize("height, mass, side", [(1.3, 28.0, "r"), (1.74, 71.0, "l")])
 def test_a_person_gets_up_from_sitting_on_the_floor(height, mass, side):
-    sitter = Human.create(height, mass, joints="43", feet="two-segment")
-    task = make_task("get-up", sitter, {"begin": "sitting", "side": side})
-    record = synthesize(task.body_of(sitter), task).record()
+    parts = ("seat_l", "seat_r", "heel_behind_l", "heel_behind_r", "hand_l", "hand_r")
+    _, shares = checked_rise("sitting", height, mass, side, parts)
+    assert shares.sum() == pytest.approx(1.0, abs=0.02) and shares.min() > 0.005
+
+
+def checked_rise(
+    begin: str, height: float, mass: float, side: str, parts: tuple[str, ...]
+) -> tuple[Record, np.ndarray]:
+    """Return a checked rise that leans aside by less than 20°, and the first loads of parts [1]."""
+    human = Human.create(height, mass, joints="43", feet="two-segment")
+    task = make_task("get-up", human, {"begin": begin, "side": side})
+    record = synthesize(task.body_of(human), task).record()
     verdict = check(record)
     assert verdict.ok, [f.sentence() for f in verdict.findings]
     assert record.contact_force is not None and not record.ground.seats
-    parts = ("seat_l", "seat_r", "heel_behind_l", "heel_behind_r", "hand_l", "hand_r")
-    shares = record.contact_force[0, [knee(record, n) for n in parts], 2] / record.weight
-    assert shares.sum() == pytest.approx(1.0, abs=0.02) and shares.min() > 0.005
-    assert max(aside(record, "head"), aside(record, sitter.trunk)) < np.deg2rad(20.0)
+    assert max(aside(record, "head"), aside(record, human.trunk)) < np.deg2rad(20.0)
+    return record, record.contact_force[0, [knee(record, n) for n in parts], 2] / record.weight
 
 
 def aside(record: Record, part: str) -> float:

@@ -387,6 +387,10 @@ def test_a_task_file_is_read_and_written_alike(tmp_path):
         ('[task]\nbase = "squat"\n[[term]]\ntype = "torque"\nweigth = 1', "'weigth'.*weight"),
         ('[task]\nbase = "squat"\n[[term]]\ntype = "torque"\nweight = "x"', "a number is needed"),
         ('[task]\nbase = "squat"\n[[term]]\ntype = "posture"', "weights is missing"),
+        (
+            '[task]\nbase = "squat"\n[[term]]\ntype = "posture"\nstart = 2\nstop = 1\nweights = {}',
+            "stops before it starts",
+        ),
         ("[parameters]\ndepth = 1", "is missing"),
         ("= 3", "is not a TOML file"),
     ],

@@ -32,11 +32,12 @@ class FootContactSettings:
     max_planned_height: float = ForceSettings.carrying_height
     """The same of a point that the motion has in contact [m]; as carries in strict orders."""
     unloaded_share: float = 0.25
-    """Part of the load of both feet below which the foot behind is lifted in a recovery step: until
-    its recorded lift-off it stood for 70 to 90 ms, in which a fall to the side grew by a fifth."""
+    """Share of the load of both feet below which the rear foot is lifted in a recovery step [1]:
+    waiting for its recorded lift-off took 70 to 90 ms, in which a fall to the side grew by a fifth.
+    Chosen."""
     unloaded_time: float = 0.015
-    """Time for which it has so little before it is lifted [s]: three ticks, as loads jump from one
-    to the next after a strike."""
+    """Time below that share after which the rear foot is lifted [s]: three ticks, because loads
+    jump from tick to tick after a strike. Chosen."""
     friction_fraction: float = 0.75
     """Part of the friction coefficient that a controller uses. Chosen (±20 %: deviation 29 %)."""
 
@@ -239,7 +240,13 @@ class GaitState:
                 foot.descent = foot.wait = 0.0
 
     def _unloaded(self, load: Array, step: float, recovers: bool) -> Foot | None:
-        """Return the foot behind, once it has borne little for long enough in a recovery step."""
+        """Return the rear foot once it has borne little for long enough, in recovery steps only.
+
+        Args:
+            load: Vertical loads of the feet in stance [N].
+            step: Time since the last call [s].
+            recovers: Whether this is a recovery step.
+        """
         own = self.settings.contact
         stance = [f.stance for f in self.stance_feet if f.stance is not None]
         if not recovers or len(stance) < len(self.feet):

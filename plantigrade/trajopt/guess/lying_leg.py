@@ -22,7 +22,14 @@ class LyingLeg:
         return self._line(knee)[0]
 
     def knee(self, reach: float) -> float:
-        """Return the flexion of the knee at which the heel is so far ahead of the hip [rad, m]."""
+        """Return the knee flexion that places the heel at a distance ahead of the hip.
+
+        Args:
+            reach: Distance [m].
+
+        Returns:
+            Flexion [rad], of those between the first and the last of :data:`KNEES`.
+        """
         ahead = [self.reach(float(k)) for k in KNEES]
         return float(np.interp(-reach, -np.array(ahead), KNEES))
 

@@ -2,8 +2,8 @@ r"""How far to go along a Newton step: a backtracking line search with a filter 
 
 A trial point is judged by two numbers, the sum of constraint residuals :math:`\theta` and the
 barrier function :math:`\varphi = f - \mu \sum \log(s - l) - \mu \sum \log(h - s)`. The filter holds
-pairs that no later point may be worse than in both. No point may break a row far more than the one
-before: a foot that is led through the other leg would have to stay on the wrong side of it.
+pairs that no later point may be worse than in both. No step may make the worst violation
+of a row much worse: a foot that steps through the other leg stays on the wrong side of it.
 """
 
 from collections.abc import Sequence

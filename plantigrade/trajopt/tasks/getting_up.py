@@ -2,9 +2,9 @@
 
 From hands and knees one foot comes forward between the hands, which then leave the floor; the foot
 behind pushes off the floor with its toes and is put down beside the other. From sitting both feet
-are drawn in (:mod:`~plantigrade.trajopt.tasks.sitting_on_floor`), and who lies on the back sits up
-before (:mod:`~plantigrade.trajopt.tasks.lying_on_back`). Where and when things rest is given;
-forces, torques and the motion are computed.
+are drawn in (:mod:`~plantigrade.trajopt.tasks.sitting_on_floor`); a person who lies on the back
+first sits up (:mod:`~plantigrade.trajopt.tasks.lying_on_back`). Where and when things rest is
+given; forces, torques and the motion are computed.
 """
 
 from dataclasses import dataclass, fields, replace

@@ -192,6 +192,8 @@ class TaskReader:
                     raise self.wrong(f"{where} {f.name}", str(error)) from error
             elif f.default is MISSING and f.default_factory is MISSING:
                 raise self.wrong(where, f"{f.name} is missing")
+        if given.get("start", -np.inf) > given.get("stop", np.inf):
+            raise self.wrong(where, "stops before it starts", "give a later stop")
         return kind, given
 
     def stance(self, i: int, entry: Mapping[str, Any]) -> dict[str, Any]:

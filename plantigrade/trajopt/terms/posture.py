@@ -91,8 +91,8 @@ class Posture(Term):
     Attributes:
         weights: Weight of coordinates, by name without or with side.
         targets: Their targets [rad, m]; zero if absent.
-        start: From when [s].
-        stop: Until when [s]; to the end if infinite.
+        start: Start of the cost [s].
+        stop: End of the cost [s]; that of the motion if infinite.
     """
 
     weights: Mapping[str, float]
