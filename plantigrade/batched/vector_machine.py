@@ -18,7 +18,9 @@ from plantigrade.batched import code_cache, llvm
 from plantigrade.batched.kernel import kernel
 from plantigrade.batched.tables import LIBRARY_NAMES, ProgramTable
 
-LANES = (16, 32, 64)  # nodes at a time: the smallest that suffices, else the largest
+LANES = (8, 16, 24, 32, 40, 48, 56, 64)
+"""Nodes at a time: the fewest that suffice for as few passes as the most need. Decoding an
+operation takes as long as computing it for 16 nodes."""
 VERSION = 2  # of the machine; raise it whenever the kernel changes
 
 
@@ -34,7 +36,7 @@ class Machine:
         self._starts = np.cumsum([0, *table.sizes]).tolist()
         self._engines: dict[int, tuple[Any, Any]] = {}  # code lives as long as its engine
         self._own = threading.local()
-        self._with(LANES[-1])  # so that LLVM refuses now rather than at the first call
+        _machine(LANES[-1])  # so that LLVM refuses now rather than at the first call
 
     def __call__(
         self,
@@ -51,7 +53,8 @@ class Machine:
             add: Whether to add to what the arrays hold.
         """
         n = len(inputs[0])
-        run, memory = self._with(next((each for each in LANES if each >= n), LANES[-1]))
+        passes = -(-n // LANES[-1])
+        run, memory = self._with(next(each for each in LANES if each * passes >= n))
         rows = zip(inputs, self._table.sizes, self._starts, strict=False)
         taken = np.array([(x.ctypes.data, size, at) for x, size, at in rows], dtype=np.int64)
         found = [self._table.places[i][s] for i, (_, s, _) in enumerate(outputs)]

@@ -45,8 +45,8 @@ NEAR = 100.0
 """Error of a warm start that is good enough should it not get any nearer, relative to the tolerance
 [1]."""
 MAX_WARM_ITERATIONS = 3
-"""Maximum number of iterations of a warm start after a nearly feasible point [1]; later it
-converges to another motion."""
+"""Maximum number of iterations of a warm start after a good point [1], as long as they are better;
+later it converges to another motion."""
 NEARLY_FEASIBLE = 1e-3
 """Violation of rows below which a motion shows where its mesh is too coarse [1]: below the residual
 wrench between nodes that is allowed. Chosen."""
@@ -67,7 +67,7 @@ class _State:
     at_mu: int = 0  # iterations with this barrier parameter
     alpha: float = 0.0  # fraction of the last step that was taken
     stalls: int = 0  # iterations in which no step was accepted
-    near: "tuple[int, Array, Multipliers] | None" = None  # of a warm start, where good enough
+    near: "tuple[int, float, Array, Multipliers] | None" = None  # of a warm start, if good enough
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,8 +138,10 @@ class InteriorPoint:
                 break
             near = error <= NEAR * o.tolerance and self._acceptable(now)
             if multipliers is not None and at.near is None and near:
-                at.near = number, at.x, self._multipliers()
-            wandering = at.near is not None and number >= at.near[0] + MAX_WARM_ITERATIONS
+                at.near = number, error, at.x, self._multipliers()
+            wandering = at.near is not None and (
+                error > at.near[1] or number >= at.near[0] + MAX_WARM_ITERATIONS
+            )
             if wandering or _hopeless(history):
                 status = "stalled"
                 break
@@ -239,7 +241,7 @@ class InteriorPoint:
             if self._acceptable(last):
                 status = "acceptable"
             elif at.near is not None:
-                status, (_, at.x, multipliers) = "acceptable", at.near
+                status, (*_, at.x, multipliers) = "acceptable", at.near
             elif last.violation > 10 * at.best[0]:
                 at.x = at.best[1]
         c, u = self._e.t.split(at.x)

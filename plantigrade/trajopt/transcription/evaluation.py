@@ -20,6 +20,10 @@ from plantigrade.trajopt.problem.nlp import Problem
 from plantigrade.trajopt.transcription.constraint_block import ConstraintBlock
 from plantigrade.trajopt.transcription.linear_map import NODES_PER_PART, Transcription
 
+NODES_AT_ONCE = 2 * NODES_PER_PART
+"""Number of nodes whose second derivatives are evaluated at once [1]: as many as vectors of the
+machine take, and all of a periodic walk."""
+
 
 @dataclass(frozen=True)
 class WorstRow:
@@ -55,6 +59,8 @@ class Evaluation:
         families = problem.rows if families is None else families
         blocks = [ConstraintBlock(rows, self.t.n_local) for rows in families]
         self.blocks = [block for block in blocks if len(block.at)]
+        n = self.t.n_local
+        self._memory = np.empty((min(NODES_AT_ONCE, self.t.n_nodes), n, n))  # of Hessians
 
     def values(self, x: Array) -> list[Array]:
         """Return the rows of every block."""
@@ -102,13 +108,13 @@ class Evaluation:
 
         Weights are D and multipliers those of rows, by block; without them it is J' D J alone.
         """
-        z, n = self.t.local(x), self.t.n_local
-        whole = np.zeros((NODES_PER_PART, n, n))
-        for nodes in self.t.parts:
-            H = whole[: nodes.stop - nodes.start]
+        z = self.t.local(x)
+        for first in range(0, self.t.n_nodes, NODES_AT_ONCE):
+            stop = min(first + NODES_AT_ONCE, self.t.n_nodes)
+            H = self._memory[: stop - first]
             H[:] = 0.0
             for i, (b, w) in enumerate(zip(self.blocks, weights, strict=True)):
-                rows = slice(*np.searchsorted(b.at, (nodes.start, nodes.stop)))
+                rows = slice(*np.searchsorted(b.at, (first, stop)))
                 if rows.start == rows.stop:
                     continue
                 at = b.at[rows]
@@ -117,9 +123,11 @@ class Evaluation:
                     if len(at) == len(H):
                         b.derivatives.hessian(*arguments, onto=H)
                     else:
-                        H[at - nodes.start] += b.derivatives.hessian(*arguments)
-                b.add_squares(H, at - nodes.start, rows, w[rows])
-            yield nodes, H
+                        H[at - first] += b.derivatives.hessian(*arguments)
+                b.add_squares(H, at - first, rows, w[rows])
+            for nodes in self.t.parts:
+                if first <= nodes.start < stop:
+                    yield nodes, H[nodes.start - first : nodes.stop - first]
 
     def squared_violation(self, values: Sequence[Array]) -> float:
         """Return the sum of squared violations."""

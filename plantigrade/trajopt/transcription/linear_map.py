@@ -11,6 +11,7 @@ a band.
 """
 
 from collections.abc import Iterable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -33,7 +34,6 @@ class Transcription:
         variables: Variables of the solver, in order.
         size: Number of variables.
         smoothness: Cost of steps and jerk, and its gradient, of variables.
-        half_band: How far from the diagonal entries of :math:`H_x` lie at most.
         window: Coefficients that each node touches (n_nodes, w), counted on round the end.
         basis: How (n_nodes, 3, w): for coordinates, rates and accelerations.
     """
@@ -49,7 +49,6 @@ class Transcription:
         self.smoothness = Smoothness(self.variables)
         self._drift = np.stack([problem.drift(problem.nodes, d) for d in range(3)], axis=1)
         self._find_columns()
-        self._find_band()
 
     @property
     def n_local(self) -> int:
@@ -139,7 +138,8 @@ class Transcription:
                 values *= sign
             found = np.bincount(places, weights=values.ravel(), minlength=stop - start + 1)
             flat[start:stop] += found[:-1]
-        flat[self._smooth_at] += smooth * self._smooth_values
+        lower = self._smooth
+        flat[self._offsets(lower.row, lower.col)] += smooth * lower.data
         return flat.reshape(self.size, self.half_band + 1).T
 
     @property
@@ -161,13 +161,24 @@ class Transcription:
             sign = np.where(turned, k.sign, sign)
         self._columns, self._signs = at, sign
 
-    def _find_band(self) -> None:
-        """Find where in a band every entry of the blocks of all nodes goes."""
-        lower = sparse.coo_matrix(sparse.tril(self.smoothness.quadratic))
-        reach = int(np.max(lower.row - lower.col)) if lower.nnz else 0
-        self.half_band = max(self.variables.reach, reach)
-        self._smooth_at = self._offsets(lower.row, lower.col)
-        self._smooth_values = lower.data
+    @cached_property
+    def half_band(self) -> int:
+        """How far from the diagonal entries of :math:`H_x` lie at most."""
+        lower = self._smooth
+        return max(self.variables.reach, int((lower.row - lower.col).max(initial=0)))
+
+    @cached_property
+    def _smooth(self) -> Any:
+        """The lower triangle of the Hessian of steps and jerk."""
+        return sparse.coo_matrix(sparse.tril(self.smoothness.quadratic))
+
+    @property
+    def _n_band(self) -> int:
+        return (self.half_band + 1) * self.size
+
+    @cached_property
+    def _places(self) -> dict[int, tuple[int, int, Array, Array | None]]:
+        """Where in a band every entry of the blocks of nodes goes, by the first node of a part."""
         n, nv, w, nu = self.n_nodes, self.nv, self.window.shape[1], self.nu
         at, sign = self._columns, self._signs
         states = self._offsets(at.reshape(n, 1, w * nv, 1), at.reshape(n, w, 1, nv))
@@ -186,19 +197,19 @@ class Transcription:
             one = np.broadcast_to(sign.reshape(n, -1, 1), mixed.shape)
             each = (both, one, np.ones(unknown.shape))
             signs = np.concatenate([x.reshape(n, -1) for x in each], axis=1)
-        self._places = {}
+        found: dict[int, tuple[int, int, Array, Array | None]] = {}
         for nodes in self.parts:  # the entries of a part, counted from its first
             here = places[nodes]
             inside = here < self._n_band
             start, stop = int(here[inside].min()), int(here[inside].max()) + 1
             local = np.where(inside, here - start, stop - start).ravel()
             sign = None if signs is None else signs[nodes]
-            self._places[nodes.start] = start, stop, local, sign
+            found[nodes.start] = start, stop, local, sign
+        return found
 
     def _offsets(self, i: Int[Array, "..."], j: Int[Array, "..."]) -> Int[Array, "..."]:
         """Return the place of (i, j) in a band laid out column by column, the last for none."""
         high = self.half_band + 1
-        self._n_band = high * self.size
         fine = (i >= j) & (j >= 0) & (i - j < high)
         return np.where(fine, (i - j) + j * high, self._n_band)
 
