@@ -70,6 +70,23 @@ class ConstraintBlock:
             column = np.abs(self.J).argmax(axis=2)
             self._only = column, np.take_along_axis(self.J, column[..., None], 2)[..., 0]
 
+    def add_pulled(self, g: Array, w: Array) -> None:
+        """Add J' w to the gradients of all nodes by z."""
+        if self.single:
+            column, value = self._only
+            np.add.at(g, (self.at[:, None], self.columns.start + column), w * value)
+            return
+        nodes = slice(None) if self.everywhere else self.at
+        g[nodes, self.columns] += np.matmul(w[:, None, :], self.J)[:, 0]
+
+    def pushed(self, dz: Array) -> Array:
+        """Return J dz of changes of z at all nodes."""
+        near = self.pick(dz)[:, self.columns]
+        if self.single:
+            column, value = self._only
+            return value * np.take_along_axis(near, column, axis=1)
+        return np.matmul(self.J, near[:, :, None])[:, :, 0]
+
     def add_squares(self, H: Array, at: Array, rows: slice, w: Array) -> None:
         """Add J' diag(w) J of some of the nodes to H, at the places ``at`` of its first axis.
 

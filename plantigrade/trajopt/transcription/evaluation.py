@@ -82,14 +82,13 @@ class Evaluation:
         """Return the sum of J' w over blocks, by x."""
         g = np.zeros((self.t.n_nodes, self.t.n_local))
         for b, w in zip(self.blocks, weights, strict=True):
-            nodes = slice(None) if b.everywhere else b.at
-            g[nodes, b.columns] += np.matmul(w[:, None, :], b.J)[:, 0]
+            b.add_pulled(g, w)
         return self.t.gradient(g)
 
     def push_forward(self, dx: Array) -> list[Array]:
         """Return J dx of every block."""
         dz = self.t.local_step(dx)
-        return [np.matmul(b.J, b.pick(dz)[:, b.columns, None])[:, :, 0] for b in self.blocks]
+        return [b.pushed(dz) for b in self.blocks]
 
     def objective(self, x: Array, values: Sequence[Array]) -> float:
         """Return the cost of a point and its rows."""
