@@ -86,6 +86,7 @@ def test_a_box_is_lifted(mass):
     lifting = make_task("lift", human, {"box_mass": mass})
     record = synthesize(lifting.body_of(human), lifting).record()
     assert check(record).ok
+    assert np.rad2deg(record.motion["lumbar_extension"].min()) > -45.0  # people: -24 ± 7
     hands = [i for i, s in enumerate(record.sites) if s.name.startswith("push")]
     t = record.motion.time
     middle = int(np.argmin(np.abs(t - (way().start + 0.3))))

@@ -7,7 +7,7 @@ curves of :mod:`~plantigrade.models.textbook_gait`, plus a quintic polynomial th
 and velocity at both ends, and are raised until the sole clears the ground.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -87,6 +87,9 @@ def foot_motion(
     return FootMotion(out[:, :3], out[:, 3], out[:, 4], out[:, 5])
 
 
+TOES_MARGIN = 0.05  # [rad] how far bent toes of a guess stay within their limit
+
+
 def toe_coordinates(human: Human, toes: Float[Array, " n"]) -> dict[str, Float[Array, " n"]]:
     r"""Return the coordinates of one foot, without side, with which bent toes lie flat [rad].
 
@@ -105,6 +108,23 @@ def toe_coordinates(human: Human, toes: Float[Array, " n"]) -> dict[str, Float[A
     ratio = (x["metatarsal_3"] - x["base_4"]) / (x["metatarsal_4"] - x["base_4"])
     lateral = np.arcsin(np.clip(ratio * np.sin(toes), -1.0, 1.0))
     return {"mtp_angle": toes, "cuboid_angle": toes - lateral, "mtp4_angle": lateral}
+
+
+def with_toes(human: Human, leg: Mapping[str, float]) -> dict[str, float]:
+    """Return the angles of a leg, without side, all toes of its bent forefoot flat on the ground.
+
+    Lateral toes bend more than the first (:func:`toe_coordinates`): where that is more than they
+    can, all toes bend less and the ankle more [rad].
+    """
+    least = leg.get("mtp_angle", 0.0)
+    if human.feet == "multi-segment":
+        can = human.limits[1, human.hinge("mtp4_angle_r")] - TOES_MARGIN
+        bends = np.linspace(0.0, least, 91)
+        lateral = toe_coordinates(human, bends)["mtp4_angle"]
+        bent = float(bends[lateral <= can].max())
+        leg = {**leg, "mtp_angle": bent, "ankle_angle": leg.get("ankle_angle", 0.0) + least - bent}
+    toes = toe_coordinates(human, np.array([leg.get("mtp_angle", 0.0)]))
+    return {**leg, **{name: float(angle[0]) for name, angle in toes.items()}}
 
 
 class _Standing:

@@ -20,6 +20,7 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.limb_sites import KNEE_PART
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD
+from plantigrade.trajopt.guess.foot_motion import with_toes
 from plantigrade.trajopt.problem.contact import headings, hold_contacts, site_places
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.transcription.derivatives import derivatives_of
@@ -94,8 +95,8 @@ def kneeling(
         if not held or max(q[i, names.index(f"knee_angle_{s.site.body[-1]}")] for s in held) > 1.0:
             continue  # none kneels, or the posture knows how
         for support in held:
-            for name, angle in KNEELING.items():
-                side = support.site.body[-1]
+            side = support.site.body[-1]
+            for name, angle in with_toes(human, KNEELING).items():
                 if f"{name}_{side}" in names:
                     q[i, names.index(f"{name}_{side}")] = angle
         x, y, z = np.mean([s.places(times[i : i + 1])[0] for s in held], axis=0)

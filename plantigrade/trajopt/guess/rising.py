@@ -13,6 +13,7 @@ from plantigrade.contact.limb_sites import limb_site
 from plantigrade.models import Human
 from plantigrade.side_names import opposite
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, PELVIS
+from plantigrade.trajopt.guess.foot_motion import with_toes
 from plantigrade.trajopt.guess.in_contact import KNEELING
 from plantigrade.trajopt.guess.postures import standing_posture
 
@@ -36,8 +37,9 @@ class KeyPosture:
         down = d.ankle_height + d.shank - limb_site(human, f"knee_{rear}").radius
         q[3:6] += [-self.back * d.thigh, 0.0, -self.low * down] @ OPENSIM_TO_WORLD
         named = {f"{n}_{side}": x for n, x in self.trunk.items() for side in SIDES}
-        named |= {f"{n}_{rear}": x for n, x in self.rear.items()}
-        named |= {f"{n}_{front}": x for n, x in self.front.items()} | dict(self.trunk)
+        for side, leg in ((rear, self.rear), (front, self.front)):
+            named |= {f"{n}_{side}": x for n, x in with_toes(human, leg).items()}
+        named |= self.trunk
         for i, name in enumerate(PELVIS + human.coordinates):
             q[i] = named.get(name, q[i])
         return q

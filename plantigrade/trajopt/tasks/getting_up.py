@@ -7,6 +7,7 @@ first sits up (:mod:`~plantigrade.trajopt.tasks.lying_on_back`). Where and when 
 given; forces, torques and the motion are computed.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -15,7 +16,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.bounds import word
 from plantigrade.constants import SIDES
 from plantigrade.contact.flat_foot import flat_sites
-from plantigrade.contact.limb_sites import BALL, KNEELING_PITCH, limb_site
+from plantigrade.contact.limb_sites import BALL, KNEELING_PITCH, TOES_PART, limb_site
 from plantigrade.contact.plan import ContactPlan, Footprint, PointSupport, Stance
 from plantigrade.contact.site import foot_sites
 from plantigrade.errors import ParameterError
@@ -24,6 +25,7 @@ from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.side_names import opposite
 from plantigrade.spatial.conventions import PELVIS
+from plantigrade.trajopt.guess.foot_motion import with_toes
 from plantigrade.trajopt.guess.in_contact import KNEELING, Interpolated, resting
 from plantigrade.trajopt.guess.postures import standing_feet, standing_posture
 from plantigrade.trajopt.guess.rising import RisingPostures
@@ -51,10 +53,12 @@ HABITS = {
     **dict.fromkeys(("pelvis_list", "lumbar_bending", "lumbar_rotation"), 2.0),
     **dict.fromkeys(("thorax_bending", "thorax_rotation"), 2.0),
     **dict.fromkeys(("arm_flex", "elbow_flex"), 0.3),
+    **dict.fromkeys(("heel_angle", "heel_inversion", "heel_adduction"), 1.5),
 }
 """Weights of angles away from zero [1/(s rad²)]: trunk and pelvis do not bend aside. Chosen. They
 are angles between bones, and a trunk that leans with its pelvis costs nothing: without the costs of
-lean, trunk and head pass the front knee aside, 26 and 57° off the vertical."""
+lean, trunk and head pass the front knee aside, 26 and 57° off the vertical. A heel bone on which a
+lying leg rests would wriggle by 6 mm."""
 
 
 @dataclass(frozen=True)
@@ -145,18 +149,23 @@ def _plan(
         return PointSupport(site, knees[side], -1.0, until, pitch=KNEELING_PITCH)
 
     toes = toes_behind(human, rear, knees[rear])
-    flat = -1.0 if at.front_off < 0.0 else at.hands_off
+    medial = human.feet == "multi-segment"
+    flat = -1.0 if medial or at.front_off < 0.0 else at.hands_off
     stances = [
-        Stance(
-            _footprint(human, rear, toes), flat, flat, flat, at.toes_off - FOREFOOT_OFF, at.toes_off
-        ),
         Stance(feet[front], at.front_down, at.front_down, end, end, end),
         Stance(feet[rear], at.strike, at.strike, end, end, end),
     ]
     supports = [kneels(rear, at.knee_off)]
+    footprint, ball_off = _footprint(human, rear, toes), at.toes_off - FOREFOOT_OFF
+    if medial:
+        supports += _on_medial_toes(human, footprint, flat, ball_off, at.toes_off)
+    else:
+        stances.insert(0, Stance(footprint, flat, flat, flat, ball_off, at.toes_off))
     if hands:
         supports.append(kneels(front, at.front_off))
-        supports.append(PointSupport(limb_site(human, f"toes_{rear}"), toes, -1.0, flat - TOES_GAP))
+        if not medial:  # first on the inner edge
+            edge = limb_site(human, f"toes_{rear}")
+            supports.append(PointSupport(edge, toes, -1.0, flat - TOES_GAP))
         for side, left in (("r", -1.0), ("l", 1.0)):
             palm = (x + HANDS_AHEAD * human.height, left * HANDS_ASIDE * human.height, 0.0)
             site = limb_site(human, f"hand_{side}", on_ground=True)
@@ -170,13 +179,32 @@ def toes_behind(
     """Return where the toes of a leg rest that kneels on them, its knee at a place [m]."""
     q = standing_posture(human)
     q[6 + human.hinge(f"knee_angle_{side}")] = KNEELING_PITCH + TOES_BACK
-    for name in ("ankle_angle", "mtp_angle"):
-        q[6 + human.hinge(f"{name}_{side}")] = KNEELING[name]
+    foot = {name: KNEELING[name] for name in ("ankle_angle", "mtp_angle")}
+    for name, angle in with_toes(human, foot).items():
+        q[6 + human.hinge(f"{name}_{side}")] = angle
     qpos = human.from_coordinates(PELVIS + human.coordinates, q[None])[0]
     parts = tuple(limb_site(human, f"{part}_{side}") for part in ("knee", "toes"))
     places = BodyState(human, qpos).position(SitePoints(human, parts))
     x, y, _ = places[1] - places[0] + knee
     return float(x), float(y), 0.0
+
+
+def _on_medial_toes(
+    human: Human, footprint: Footprint, start: float, ball_off: float, stop: float
+) -> Iterator[PointSupport]:
+    """Yield the supports of the toes that carry a leg which kneels on multi-segment feet.
+
+    The lateral toes carry nothing: to lie flat beside toes that bend by 60° they would have to bend
+    by 80°, more than they can, since their metatarsals are shorter.
+    """
+    sites = foot_sites(human)
+    segment = next(s.body for s in sites if s.name == f"{BALL}_{footprint.side}")
+    targets = flat_sites(human, sites, footprint.side)
+    for site in (s for s in sites if s.body == segment):
+        place = np.add(footprint.position, targets[site.name])
+        free = replace(site, side="", part=TOES_PART, name=f"{TOES_PART}_{site.name}")
+        until = ball_off if site.part == "ball" else stop
+        yield PointSupport(free, (float(place[0]), float(place[1]), 0.0), start, until)
 
 
 def _footprint(human: Human, side: str, toes: tuple[float, float, float]) -> Footprint:

@@ -21,6 +21,8 @@ PHASE_SHARES = (0.28, 0.17, 0.10, 0.17, 0.28)
 swing, and settling. In 2.4 s the swings take 0.4 s each, as in walking."""
 _TRUNK = ("pelvis_list", "pelvis_tilt", "lumbar_bending", "thorax_bending", "lower_thorax_bending")
 UPRIGHT_WEIGHTS = dict.fromkeys(_TRUNK, 5.0)  # [1/(s rad²)] weights of an upright trunk
+# [1/(s rad²)] weight of arms that hang; without it both rise to 43° in front as counterweights
+ARM_WEIGHT = 0.1
 # [1/(s m²)] weight of the deviation of the pelvis height from standing
 PELVIS_HEIGHT_WEIGHT = 300.0
 MAX_STEP_LENGTH = 0.55  # [leg lengths] maximum step; about 20° of hip abduction each
@@ -77,7 +79,7 @@ def side_step(human: Human, parameters: SideStepSettings) -> MotionTask:
         Clearance(clearance),
         Work(0.5),
         Posture(
-            {**UPRIGHT_WEIGHTS, "pelvis_ty": PELVIS_HEIGHT_WEIGHT},
+            {**UPRIGHT_WEIGHTS, "arm_flex": ARM_WEIGHT, "pelvis_ty": PELVIS_HEIGHT_WEIGHT},
             {"pelvis_ty": float(before[4]) - 0.01},
         ),
     )
