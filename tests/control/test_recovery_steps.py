@@ -1,11 +1,13 @@
 """Tests of recovery steps of a pendulum: an unloaded foot is lifted, and the body is lowered."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from plantigrade.control.gait.phase import GaitState
 from plantigrade.control.gait.reference import reference_of
-from plantigrade.control.pendulum import Pendulum
+from plantigrade.control.pendulum import Pendulum, PendulumSettings
 
 STEP = 0.005  # [s]
 
@@ -32,8 +34,12 @@ def test_a_foot_that_bears_little_is_lifted_in_a_recovery_step(walk, behind, rec
         assert gait.feet[1].lift_off == phase and gait.feet[1].touchdown > phase
 
 
-def test_the_body_is_lowered_from_the_decision_for_a_recovery_step_on(walk, world_of):
-    controller = Pendulum(walk)
+@pytest.mark.parametrize("felt", [1.0, 0.0])
+def test_the_body_is_lowered_from_the_decision_for_a_recovery_step_on(walk, world_of, felt):
+    """As long as a push was felt not long ago: a walk over tiles is not lowered."""
+    own = PendulumSettings()
+    plan = replace(own.plan, lowering_after_push=felt)
+    controller = Pendulum(walk, settings=replace(own, plan=plan))
     least = controller.settings.plan.recovery_lowering * controller.person.leg_length
     world = world_of(controller)
     state, trunk, lowered = world.reset(), walk.human.body("torso"), []
@@ -45,4 +51,4 @@ def test_the_body_is_lowered_from_the_decision_for_a_recovery_step_on(walk, worl
     before = [low for time, _, low in lowered if time < 0.3]
     after = [low for time, share, low in lowered if time > 0.32 and share >= 1.0]
     assert max(before) < 0.5 * least
-    assert after and after[-1] > 0.8 * least
+    assert after[-1] > 0.8 * least if felt else after[10] < 0.1 * least

@@ -63,6 +63,7 @@ class StepPlan:
         self.lowering = self.turn_rate = self.foot_angle = 0.0
         self.predicted_turn: Callable[[float], PredictedTurn] = lambda time: PredictedTurn()
         self._correction, self._turned = np.zeros(2), np.zeros(2)
+        self._felt = 0.0  # [s] for how long recovery steps still lower the body
 
     def update(
         self,
@@ -95,7 +96,9 @@ class StepPlan:
         self._turned += self.turn_rate * self.step
         swing = [f for f in gait.feet if not f.in_stance and f.stance is not None]
         self.lowering *= 1.0 - self.step / self.settings.tasks.weights.rise_time
-        if self.recovery_share >= 1.0:
+        felt = self.settings.plan.lowering_after_push
+        self._felt = felt if np.any(disturbance) else max(self._felt - self.step, 0.0)
+        if self.recovery_share >= 1.0 and self._felt > 0.0:
             least = self.settings.plan.recovery_lowering * self.person.leg_length
             self.lowering = max(self.lowering, least)
         if len(gait.stance_feet) != 1 or len(swing) != 1:
