@@ -60,6 +60,11 @@ are angles between bones, and a trunk that leans with its pelvis costs nothing: 
 lean, trunk and head pass the front knee aside, 26 and 57° off the vertical. A heel bone on which a
 lying leg rests would wriggle by 6 mm."""
 
+BACK_IN_SITTING = {"lumbar_extension": 1.0, "thorax_extension": 1.0}
+"""Weights of a bent back [1/(s rad²)] of a person who begins sitting. Chosen: the trunk folds over
+the feet by 80°, lumbar and thoracic flexion together, about as far as people can; without by
+130°, to the limits of both joints."""
+
 
 @dataclass(frozen=True)
 class _Times:
@@ -117,6 +122,8 @@ def get_up(human: Human, parameters: GetUpSettings) -> MotionTask:
     )
     if lies is not None:
         terms = (*terms, Posture(STRAIGHT, stop=lies.sits * duration))
+    elif parameters.begin == "sitting":
+        terms = (*terms, Posture(BACK_IN_SITTING))
     guess = Interpolated(times, (start, *postures[1:]))
     return with_supports(MotionTask("get-up", plan, terms, guess), supports)
 
