@@ -52,3 +52,13 @@ def test_the_body_is_lowered_from_the_decision_for_a_recovery_step_on(walk, worl
     after = [low for time, share, low in lowered if time > 0.32 and share >= 1.0]
     assert max(before) < 0.5 * least
     assert after[-1] > 0.8 * least if felt else after[10] < 0.1 * least
+
+
+def test_how_far_legs_are_always_bent(walk):
+    """By which a crouched walk is known, that no recovery step lowers."""
+    controller = Pendulum(walk)
+    rows, person = controller.reference.recorded.rows, controller.person
+    assert person.bent(rows.q, rows.foot_position) < 0.02 * person.leg_length
+    lower = rows.q.copy()
+    lower[:, 2] -= 0.1
+    assert person.bent(lower, rows.foot_position) == pytest.approx(0.1, abs=0.03)

@@ -11,6 +11,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.record import Record
+from plantigrade.spatial.conventions import rotation_matrix
 
 SEAT = len(SIDES)
 """Side of the points that are on no foot."""
@@ -128,3 +129,9 @@ class GaitPerson:
             ),
             strength=np.maximum(-low, high),
         )
+
+    def bent(self, qpos: Float[Array, "n nq"], ankles: Float[Array, "n 2 3"]) -> float:
+        """Return how much nearer hips and ankles are in all of a motion than in standing [m]."""
+        hips = np.array([self.human.model.body(f"femur_{side}").pos for side in SIDES])
+        legs = qpos[:, None, :3] + hips @ np.swapaxes(rotation_matrix(qpos[:, 3:7]), 1, 2) - ankles
+        return max(self.leg_length - float(np.linalg.norm(legs, axis=2).max()), 0.0)

@@ -64,6 +64,9 @@ class StepPlan:
         self.predicted_turn: Callable[[float], PredictedTurn] = lambda time: PredictedTurn()
         self._correction, self._turned = np.zeros(2), np.zeros(2)
         self._felt = 0.0  # [s] for how long recovery steps still lower the body
+        lowered = settings.plan.recovery_lowering * person.leg_length
+        rows = reference.recorded.rows
+        self._least = lowered if person.bent(rows.q, rows.foot_position) < lowered else 0.0
 
     def update(
         self,
@@ -99,8 +102,7 @@ class StepPlan:
         felt = self.settings.plan.lowering_after_push
         self._felt = felt if np.any(disturbance) else max(self._felt - self.step, 0.0)
         if self.recovery_share >= 1.0 and self._felt > 0.0:
-            least = self.settings.plan.recovery_lowering * self.person.leg_length
-            self.lowering = max(self.lowering, least)
+            self.lowering = max(self.lowering, self._least)
         if len(gait.stance_feet) != 1 or len(swing) != 1:
             self._without_swing(body, ref, velocity, feet, ground, path, (first, beta, offsets))
             return None
