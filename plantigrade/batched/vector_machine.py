@@ -19,8 +19,8 @@ from plantigrade.batched.kernel import kernel
 from plantigrade.batched.tables import LIBRARY_NAMES, ProgramTable
 
 LANES = (8, 16, 24, 32, 40, 48, 56, 64)
-"""Nodes at a time: the fewest that suffice for as few passes as the most need. Decoding an
-operation takes as long as computing it for 16 nodes."""
+"""Numbers of nodes evaluated at a time. The smallest is taken with which no more passes are needed
+than with the largest: to decode an operation takes as long as to compute it for 16 nodes."""
 VERSION = 2  # of the machine; raise it whenever the kernel changes
 
 

@@ -54,11 +54,11 @@ def test_the_body_is_lowered_from_the_decision_for_a_recovery_step_on(walk, worl
     assert after[-1] > 0.8 * least if felt else after[10] < 0.1 * least
 
 
-def test_how_far_legs_are_always_bent(walk):
-    """By which a crouched walk is known, that no recovery step lowers."""
+def test_legs_of_a_walk_are_ever_straight_and_of_a_crouch_never(walk):
+    """It tells a crouched walk, which recovery steps do not lower, from others."""
     controller = Pendulum(walk)
     rows, person = controller.reference.recorded.rows, controller.person
-    assert person.bent(rows.q, rows.foot_position) < 0.02 * person.leg_length
+    assert person.least_flexion(rows.q, rows.foot_position) < 0.02 * person.leg_length
     lower = rows.q.copy()
     lower[:, 2] -= 0.1
-    assert person.bent(lower, rows.foot_position) == pytest.approx(0.1, abs=0.03)
+    assert person.least_flexion(lower, rows.foot_position) == pytest.approx(0.1, abs=0.03)

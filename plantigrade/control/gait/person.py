@@ -130,8 +130,17 @@ class GaitPerson:
             strength=np.maximum(-low, high),
         )
 
-    def bent(self, qpos: Float[Array, "n nq"], ankles: Float[Array, "n 2 3"]) -> float:
-        """Return how much nearer hips and ankles are in all of a motion than in standing [m]."""
+    def least_flexion(self, qpos: Float[Array, "n nq"], ankles: Float[Array, "n 2 3"]) -> float:
+        """Return by how much the legs of a motion are always shorter than in standing [m].
+
+        Args:
+            qpos: The motion, in MuJoCo's order; of this only the pelvis counts.
+            ankles: Ankles of both sides in it, world [m].
+
+        Returns:
+            Height of the hip above the ankle in standing, less the greatest distance of a hip from
+            its ankle; zero for legs that are ever as straight.
+        """
         hips = np.array([self.human.model.body(f"femur_{side}").pos for side in SIDES])
         legs = qpos[:, None, :3] + hips @ np.swapaxes(rotation_matrix(qpos[:, 3:7]), 1, 2) - ankles
         return max(self.leg_length - float(np.linalg.norm(legs, axis=2).max()), 0.0)

@@ -240,7 +240,7 @@ class GaitState:
                 foot.descent = foot.wait = 0.0
 
     def _unloaded(self, load: Array, step: float, recovers: bool) -> Foot | None:
-        """Return the rear foot once it has borne little for long enough, in recovery steps only.
+        """Return the rear foot of a recovery step if it has been almost unloaded for long enough.
 
         Args:
             load: Vertical loads of the feet in stance [N].

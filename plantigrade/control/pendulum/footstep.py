@@ -30,12 +30,12 @@ class PlanSettings:
     """Least lowering of the body in a recovery step, from its decision on [leg lengths]: lowered
     only once the foot was on its way, a body that rose from double support was up to 5 cm too high
     at touchdown, and the foot hung over the ground with a straight leg for 60 to 90 ms. A crouched
-    walk, whose legs are never straighter than that, is not lowered: it fell. With 0.1 as many
-    pushes are survived, but legs twice as long give way in walking."""
+    walk, whose legs are always shorter than in standing by more than this, is not lowered: it fell.
+    With 0.1 as many pushes are survived, but legs twice as long give way in walking."""
     lowering_after_push: float = 1.0
-    """How long after a push was last felt recovery steps lower the body [s]: those of a walk over
-    tiles are small, and one that was lowered in them fell on 3 cm. Chosen: 224 pushes of 200 to
-    400 N end as they do without this limit."""
+    """Time after the last felt push in which recovery steps lower the body [s]. On tiles, recovery
+    steps correct errors of some centimetres, and a walk that was lowered in them fell on tiles of
+    3 cm. Chosen: 224 pushes of 200 to 400 N end as they do without this limit."""
     min_lowering: float = 0.04
     """Extra reach of the legs of a walk before the body is lowered [leg lengths]: an undisturbed
     walk steps this much farther than the recording."""

@@ -63,10 +63,11 @@ class StepPlan:
         self.lowering = self.turn_rate = self.foot_angle = 0.0
         self.predicted_turn: Callable[[float], PredictedTurn] = lambda time: PredictedTurn()
         self._correction, self._turned = np.zeros(2), np.zeros(2)
-        self._felt = 0.0  # [s] for how long recovery steps still lower the body
+        self._since_push = np.inf  # [s] time since a push was last felt
         lowered = settings.plan.recovery_lowering * person.leg_length
         rows = reference.recorded.rows
-        self._least = lowered if person.bent(rows.q, rows.foot_position) < lowered else 0.0
+        crouched = person.least_flexion(rows.q, rows.foot_position) >= lowered
+        self._recovery_lowering = 0.0 if crouched else lowered  # [m]
 
     def update(
         self,
@@ -99,10 +100,10 @@ class StepPlan:
         self._turned += self.turn_rate * self.step
         swing = [f for f in gait.feet if not f.in_stance and f.stance is not None]
         self.lowering *= 1.0 - self.step / self.settings.tasks.weights.rise_time
-        felt = self.settings.plan.lowering_after_push
-        self._felt = felt if np.any(disturbance) else max(self._felt - self.step, 0.0)
-        if self.recovery_share >= 1.0 and self._felt > 0.0:
-            self.lowering = max(self.lowering, self._least)
+        self._since_push = 0.0 if np.any(disturbance) else self._since_push + self.step
+        pushed = self._since_push < self.settings.plan.lowering_after_push
+        if self.recovery_share >= 1.0 and pushed:
+            self.lowering = max(self.lowering, self._recovery_lowering)
         if len(gait.stance_feet) != 1 or len(swing) != 1:
             self._without_swing(body, ref, velocity, feet, ground, path, (first, beta, offsets))
             return None

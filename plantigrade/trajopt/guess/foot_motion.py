@@ -29,6 +29,7 @@ MAX_RIGID_TOE_OFF_ANGLE = float(np.deg2rad(35.0))
 CLEARANCE = 0.015  # [m] clearance of the sole in mid-swing; people have 1 to 2 cm at the toes
 TOE_RETURN_SHARE = 0.5  # [1] share of the swing until extended toes are straight
 EDGE_MARGIN = 0.03  # [m] distance from the edge of a tread within which the sole is above it
+TOES_MARGIN = 0.05  # [rad] how far bent toes of a guess stay within their limit
 _STEP = 1e-4  # [s] time step of finite differences
 
 
@@ -87,9 +88,6 @@ def foot_motion(
     return FootMotion(out[:, :3], out[:, 3], out[:, 4], out[:, 5])
 
 
-TOES_MARGIN = 0.05  # [rad] how far bent toes of a guess stay within their limit
-
-
 def toe_coordinates(human: Human, toes: Float[Array, " n"]) -> dict[str, Float[Array, " n"]]:
     r"""Return the coordinates of one foot, without side, with which bent toes lie flat [rad].
 
@@ -102,29 +100,38 @@ def toe_coordinates(human: Human, toes: Float[Array, " n"]) -> dict[str, Float[A
         return {}
     if human.feet == "two-segment":
         return {"mtp_angle": toes}
-    x = {
-        n: float(point(n, human.dimensions)[0]) for n in ("base_4", "metatarsal_3", "metatarsal_4")
-    }
-    ratio = (x["metatarsal_3"] - x["base_4"]) / (x["metatarsal_4"] - x["base_4"])
-    lateral = np.arcsin(np.clip(ratio * np.sin(toes), -1.0, 1.0))
+    lateral = np.arcsin(np.clip(_lateral_ratio(human) * np.sin(toes), -1.0, 1.0))
     return {"mtp_angle": toes, "cuboid_angle": toes - lateral, "mtp4_angle": lateral}
 
 
 def with_toes(human: Human, leg: Mapping[str, float]) -> dict[str, float]:
-    """Return the angles of a leg, without side, all toes of its bent forefoot flat on the ground.
+    """Return the angles of a leg that stands on bent toes, with all toes flat on the ground.
 
-    Lateral toes bend more than the first (:func:`toe_coordinates`): where that is more than they
-    can, all toes bend less and the ankle more [rad].
+    Lateral toes bend more than the first (:func:`toe_coordinates`). Where they would reach their
+    limit, all toes bend less, and the ankle is dorsiflexed by the difference.
+
+    Args:
+        leg: Angles by the name of a coordinate without its side [rad].
+
+    Returns:
+        These and the angles of the foot [rad].
     """
-    least = leg.get("mtp_angle", 0.0)
+    toes = bend = leg.get("mtp_angle", 0.0)
     if human.feet == "multi-segment":
-        can = human.limits[1, human.hinge("mtp4_angle_r")] - TOES_MARGIN
-        bends = np.linspace(0.0, least, 91)
-        lateral = toe_coordinates(human, bends)["mtp4_angle"]
-        bent = float(bends[lateral <= can].max())
-        leg = {**leg, "mtp_angle": bent, "ankle_angle": leg.get("ankle_angle", 0.0) + least - bent}
-    toes = toe_coordinates(human, np.array([leg.get("mtp_angle", 0.0)]))
-    return {**leg, **{name: float(angle[0]) for name, angle in toes.items()}}
+        most = max(human.limits[1, human.hinge("mtp4_angle_r")] - TOES_MARGIN, 0.0)
+        bend = min(toes, float(np.arcsin(np.sin(most) / _lateral_ratio(human))))
+    foot = {name: float(x[0]) for name, x in toe_coordinates(human, np.array([bend])).items()}
+    if bend < toes:
+        foot["ankle_angle"] = leg.get("ankle_angle", 0.0) + toes - bend
+    return {**leg, **foot}
+
+
+def _lateral_ratio(human: Human) -> float:
+    """Return how far from the cuboid the head of the third metatarsal is, by that of the fourth."""
+    third, fourth, base = (
+        float(point(n, human.dimensions)[0]) for n in ("metatarsal_3", "metatarsal_4", "base_4")
+    )
+    return (third - base) / (fourth - base)
 
 
 class _Standing:

@@ -45,8 +45,8 @@ NEAR = 100.0
 """Error of a warm start that is good enough should it not get any nearer, relative to the tolerance
 [1]."""
 MAX_WARM_ITERATIONS = 3
-"""Maximum number of iterations of a warm start after a good point [1], as long as they are better;
-later it converges to another motion."""
+"""Maximum number of iterations of a warm start after a good point [1]; it ends sooner where the
+error rises. Further iterations converge to another motion."""
 NEARLY_FEASIBLE = 1e-3
 """Violation of rows below which a motion shows where its mesh is too coarse [1]: below the residual
 wrench between nodes that is allowed. Chosen."""

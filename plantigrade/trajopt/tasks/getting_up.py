@@ -61,9 +61,9 @@ lean, trunk and head pass the front knee aside, 26 and 57° off the vertical. A 
 lying leg rests would wriggle by 6 mm."""
 
 BACK_IN_SITTING = {"lumbar_extension": 1.0, "thorax_extension": 1.0}
-"""Weights of a bent back [1/(s rad²)] of a person who begins sitting. Chosen: the trunk folds over
-the feet by 80°, lumbar and thoracic flexion together, about as far as people can; without by
-130°, to the limits of both joints."""
+"""Weights of the back's flexion in rising from sitting [1/(s rad²)]. Chosen: lumbar and thoracic
+joints flex by 80° together, about as far as people can; without these weights by 130°, to the
+limits of both."""
 
 
 @dataclass(frozen=True)
@@ -199,10 +199,15 @@ def toes_behind(
 def _on_medial_toes(
     human: Human, footprint: Footprint, start: float, ball_off: float, stop: float
 ) -> Iterator[PointSupport]:
-    """Yield the supports of the toes that carry a leg which kneels on multi-segment feet.
+    """Yield the supports of the medial toes, on which a leg with a multi-segment foot kneels.
 
-    The lateral toes carry nothing: to lie flat beside toes that bend by 60° they would have to bend
-    by 80°, more than they can, since their metatarsals are shorter.
+    The lateral toes carry nothing: their metatarsals are shorter, and to lie flat beside medial
+    toes that bend by 60° they would have to bend by 80°, more than they can.
+
+    Args:
+        start: When they begin to rest on the floor [s].
+        ball_off: When the ball leaves it [s].
+        stop: When the toes leave it [s].
     """
     sites = foot_sites(human)
     segment = next(s.body for s in sites if s.name == f"{BALL}_{footprint.side}")
