@@ -108,7 +108,7 @@ def test_toes_of_multi_segment_feet_lie_flat_as_far_as_they_can_bend():
     assert bent["mtp_angle"] < bent["mtp4_angle"] < human.limits[1, human.hinge("mtp4_angle_r")]
     assert bent["mtp_angle"] + bent["ankle_angle"] == pytest.approx(1.8)
     slightly = with_toes(human, {"mtp_angle": 0.5})
-    assert slightly["mtp_angle"] == 0.5 and slightly["ankle_angle"] == 0.0
+    assert slightly["mtp_angle"] == 0.5 and "ankle_angle" not in slightly
 
 
 def test_a_first_guess_rests_where_the_plan_has_it():
