@@ -81,21 +81,24 @@ MARKS = {"data": "data", "browser": "browser", "viewer_page": "browser", "synthe
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark what uses recordings or a browser, also through another fixture; long files first."""
-    long = set()
+    solving, long = set(), set()
     for item in items:
         for fixture, name in MARKS.items():
             if fixture in getattr(item, "fixturenames", ()):
                 item.add_marker(name)
-        if any(item.get_closest_marker(name) for name in ("data", "browser", "solver", "slow")):
+        if item.get_closest_marker("solver"):
+            solving.add(item.path)
+        if any(item.get_closest_marker(name) for name in ("data", "browser", "slow")):
             long.add(item.path)
-    items.sort(key=lambda item: item.path not in long)
+    items.sort(key=lambda item: (item.path not in solving, item.path not in long))
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log):
     """Run the tests of a file on one worker, since they share fixtures, and the files in order.
 
-    The files that take longest come first, so that no worker is left with one at the end.
+    The files that take longest come first, so that no worker is left with one at the end; xdist's
+    own ``--dist=loadfile`` puts the files of fewest tests last, which are those of long solves.
     """
     if config.getoption("dist") != "load":  # asked for otherwise
         return None

@@ -43,6 +43,7 @@ def folder(tmp_path_factory) -> Path:
 
 
 @pytest.mark.slow
+@pytest.mark.solver
 @pytest.mark.parametrize("words", MADE)
 def test_an_example_runs(words, folder):
     name, *arguments = words.split()

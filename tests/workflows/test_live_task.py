@@ -43,6 +43,7 @@ def handle(task, shown, name):
 
 
 @pytest.mark.slow
+@pytest.mark.solver
 @pytest.mark.parametrize("task, options, name, change", DRAGGED, ids=lambda x: str(x))
 def test_a_handle_moves_with_its_parameter(task, options, name, change):
     base, session = prepare(task, options)
@@ -61,6 +62,7 @@ def test_a_handle_moves_with_its_parameter(task, options, name, change):
 
 
 @pytest.mark.slow
+@pytest.mark.solver
 def test_a_page_is_opened_and_what_is_shown_at_the_end_is_returned(tmp_path):
     stop, opened, made = Event(), [], []
 
