@@ -149,8 +149,9 @@ def reach(touchdown) -> FootReach:
 
 def test_footsteps_out_of_reach_are_sooner_or_shortened_and_feet_may_cross(touchdown, reach):
     com, origin = np.array([0.0, -0.02]), np.zeros(2)
+    light = replace(reach, max_foot_acceleration=np.inf)  # the leg alone counts
     slow, fast = (
-        next_footstep(DivergentLaw(), com, velocity, origin, origin, 0.2, touchdown, reach)
+        next_footstep(DivergentLaw(), com, velocity, origin, origin, 0.2, touchdown, light)
         for velocity in (touchdown.com_velocity, touchdown.com_velocity + [1.2, 0.0])
     )
     assert fast.rate > slow.rate and fast.time < slow.time
@@ -168,12 +169,35 @@ def test_footsteps_out_of_reach_are_sooner_or_shortened_and_feet_may_cross(touch
     assert placed[:, 1].min() == 0.0  # in line, but not across
     cost = reach.swing_cost(np.array([[0.3, 0.0], [0.9, 0.0]]), np.array([0.3, 0.1]))
     assert cost[0] == 0.0 < cost[1]  # feet are no faster than they can be
-    later = replace(reach, hip_height=0.9).at(np.zeros((3, 2)), np.array([0.05, 0.1, 0.6]))
+    later = replace(light, hip_height=0.9).at(np.zeros((3, 2)), np.array([0.05, 0.1, 0.6]))
     position = touchdown.footstep + later.constrained(np.tile([0.0, 2.0], (3, 1)))[0]
     # No farther than a leg reaches from a hip that descends; then no wider than the limit.
     span = np.linalg.norm(position, axis=1)
     np.testing.assert_allclose(span[:2], later.spans[:2])
     assert span[0] < span[1] < span[2] and np.all(position[:, 1] <= reach.max_width)
+
+
+def test_a_foot_that_crosses_keeps_its_way(touchdown, reach):
+    asked = np.array([[0.3, -0.3]]) - touchdown.footstep
+    for taken, signs in ((0, [0, 1, -1]), (1, [0, 1]), (-1, [0, -1])):
+        ways = replace(reach, way_taken=taken).constrained(asked)
+        assert [reach.crossing_way(way[0]) for way in ways] == signs
+
+
+def test_a_footstep_is_no_farther_than_the_swing_foot_comes(touchdown, reach):
+    most, time = reach.max_foot_acceleration, np.array([0.1, 0.4])
+    foot = replace(reach, swing_offset=np.array([-0.5, 0.0]), foot_velocity=np.array([1.0, 0.0]))
+    soon, late = foot.at(np.full((2, 2), 0.1), time).constrained(np.zeros((2, 2)))[0]
+    assert soon[0] == pytest.approx(-0.5 + 2.0 / 3.0 * 0.1 + most * 0.1**2 / 6.0)
+    np.testing.assert_allclose(late, 0.0, atol=1e-12)
+    assert foot.swing_cost(soon[None], time[:1])[0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_miss_ahead_counts_once_all_steps_to_come_cannot_make_it_up(reach):
+    assert SETTINGS.footsteps.lasting_room(3.0) > SETTINGS.footsteps.lasting_room(4.0) > 1.0
+    missed = np.array([[0.6 * reach.max_length, 0.0]])
+    lasting = replace(reach, lasting_room=1.2)
+    assert lasting.next_step_cost(missed)[0] < 0.1 * reach.next_step_cost(missed)[0]
 
 
 def test_a_footstep_compensates_for_the_momentum_of_the_leg(reach):

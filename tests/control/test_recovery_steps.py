@@ -13,9 +13,13 @@ STEP = 0.005  # [s]
 
 
 @pytest.mark.parametrize(
-    ("behind", "recovers", "lifted"), [(0.1, True, 3), (0.4, True, None), (0.1, False, None)]
+    ("behind", "recovers", "pushed", "lifted"),
+    [(0.1, True, False, 3), (0.4, True, True, 10), (0.4, True, False, None)]
+    + [(0.1, False, True, None)],
 )
-def test_a_foot_that_bears_little_is_lifted_in_a_recovery_step(walk, behind, recovers, lifted):
+def test_the_rear_foot_is_lifted_in_a_recovery_step_at_once_if_it_bears_little(
+    walk, behind, recovers, pushed, lifted
+):
     reference = reference_of(walk)
     schedule, weight = reference.schedule, 600.0
     start = next(s.start for s in schedule.stances if s.side == "r") - schedule.first
@@ -24,8 +28,9 @@ def test_a_foot_that_bears_little_is_lifted_in_a_recovery_step(walk, behind, rec
     assert [foot.side for foot in gait.stance_feet] == ["r", "l"]
     load = weight * np.array([1.0 - behind, behind])
     when = None
-    for n in range(1, 6):
-        gait.update(n * STEP, STEP, load, np.zeros((2, 3)), np.eye(2), recovers=recovers)
+    for n in range(1, 12):
+        still = np.zeros((2, 3)), np.eye(2)
+        gait.update(n * STEP, STEP, load, *still, recovers=recovers, pushed=pushed)
         if when is None and not gait.feet[1].in_stance:
             when = n
     assert when == lifted

@@ -38,6 +38,10 @@ class FootContactSettings:
     unloaded_time: float = 0.015
     """Time below that share after which the rear foot is lifted [s]: three ticks, because loads
     jump from tick to tick after a strike. Chosen."""
+    transfer_time: float = StepSettings.load_transfer_duration
+    """Time in double support after which the rear foot is lifted in a recovery step, whatever it
+    bears [s]; as in recovery steps from standing. Soles yield before they bear: a foot that had
+    landed softly across the other took 0.1 s to unload the rear one, over which the body fell."""
     friction_fraction: float = 0.75
     """Part of the friction coefficient that a controller uses. Chosen (±20 %: deviation 29 %)."""
 
@@ -137,7 +141,7 @@ class GaitState:
         self.phase, self.rate = phase, 1.0
         self._offsets = np.zeros((64, 3))
         self.touchdowns: list[Touchdown] = []
-        self._unloaded_for = 0.0
+        self._unloaded_for = self._transfers_for = 0.0
         self.feet: list[Foot] = []
         schedule = reference.schedule
         for side in SIDES:
@@ -196,6 +200,7 @@ class GaitState:
         axes: Array,
         far: Sequence[bool] = (False, False),
         recovers: bool = False,
+        pushed: bool = False,
     ) -> None:
         """Register touchdowns and lift-offs.
 
@@ -208,8 +213,9 @@ class GaitState:
             far: Which feet are far from their footstep: before their time they only graze the
                 ground.
             recovers: Whether this is a recovery step, in which an unloaded foot does not wait.
+            pushed: Whether a push was felt not long ago; then a loaded one does not wait long.
         """
-        schedule, unloaded = self.reference.schedule, self._unloaded(load, step, recovers)
+        schedule, unloaded = self.reference.schedule, self._unloaded(load, step, recovers, pushed)
         for i, foot in enumerate(self.feet):
             if foot.in_stance:
                 assert foot.stance is not None
@@ -239,23 +245,27 @@ class GaitState:
                 self.touchdowns.append(Touchdown(time, foot.side, float(late), at, axes))
                 foot.descent = foot.wait = 0.0
 
-    def _unloaded(self, load: Array, step: float, recovers: bool) -> Foot | None:
-        """Return the rear foot of a recovery step if it has been almost unloaded for long enough.
+    def _unloaded(self, load: Array, step: float, recovers: bool, pushed: bool) -> Foot | None:
+        """Return the rear foot of a recovery step once it is almost unloaded, or should be.
 
         Args:
             load: Vertical loads of the feet in stance [N].
             step: Time since the last call [s].
             recovers: Whether this is a recovery step.
+            pushed: Whether a push was felt not long ago.
         """
         own = self.settings.contact
         stance = [f.stance for f in self.stance_feet if f.stance is not None]
         if not recovers or len(stance) < len(self.feet):
-            self._unloaded_for = 0.0
+            self._unloaded_for = self._transfers_for = 0.0
             return None
         i = stance.index(min(stance))
         little = load[i] < own.unloaded_share * float(load.sum())
         self._unloaded_for = self._unloaded_for + step if little else 0.0
-        return self.feet[i] if self._unloaded_for >= own.unloaded_time - 1e-9 else None
+        self._transfers_for += step
+        unloaded = self._unloaded_for >= own.unloaded_time - 1e-9
+        late = pushed and self._transfers_for >= own.transfer_time - 1e-9
+        return self.feet[i] if unloaded or late else None
 
     def _lift(self, foot: Foot, offset: Float[Array, " 2"]) -> None:
         """Let a foot swing from where it is: a leg that has crossed rolls off otherwise.

@@ -65,6 +65,16 @@ class FootstepSettings:
         """Least time from one touchdown to the next [s]; that of the fastest recovery step."""
         return StepSettings().step_time
 
+    def lasting_room(self, omega: float) -> float:
+        """Return the room of all steps to come, by that of the next [1].
+
+        A step that comes later counts for less, as errors grow until then ([Koolen2012]_).
+
+        Args:
+            omega: Root of gravity by height [1/s].
+        """
+        return 1.0 / (1.0 - float(np.exp(-omega * self.next_step_time)))
+
     def decayed(self, weights: Float[Array, " k"]) -> float:
         """Return the weight of successive stances whose offsets decay from one to the next."""
         return float(weights @ self.offset_decay ** np.arange(len(weights)))
@@ -157,6 +167,8 @@ class FootstepLimits:
     swing_offset: Float[Array, " 2"]  #: Offset at which the foot would land where it is now [m]
     settings: FootstepSettings = FootstepSettings()  #: Limits and costs
     max_foot_acceleration: float = np.inf  #: Greatest acceleration of the swing foot [m/s²]
+    #: Room ahead or behind of all steps to come, by that of the next one
+    lasting_room: float = 1.0
 
     @cached_property
     def rates(self) -> Float[Array, " m"]:
@@ -203,8 +215,9 @@ class FootstepLimits:
         settings, missed = self.settings, missed @ self.axes
         width = self.min_width - self.side * missed[:, 1]
         over = width - _clipped(width, self.min_width, self.max_width)
-        # Half a step longer than the motion's is all there is ahead.
-        over = over**2 + np.maximum(np.abs(missed[:, 0]) - 0.5 * self.max_length, 0.0) ** 2
+        # Half a step longer than the motion's is all that one step has ahead.
+        room = 0.5 * self.max_length * self.lasting_room
+        over = over**2 + np.maximum(np.abs(missed[:, 0]) - room, 0.0) ** 2
         missed /= self.scale
         return settings.next_step_cost * (missed * missed).sum(axis=1) + LIMIT_COST * over
 

@@ -217,7 +217,8 @@ class Pendulum(Controller):
         n_touchdowns = len(gait.touchdowns)
         grazing = self._feet.grazing(feet, load, self.footstep, step)
         recovers = self.plan.recovery_share >= 1.0
-        gait.update(state.time, step, load, offset, np.eye(2), grazing, recovers)
+        pushed = self.plan.pushed
+        gait.update(state.time, step, load, offset, np.eye(2), grazing, recovers, pushed)
         if len(gait.touchdowns) > n_touchdowns:
             self._record_footfall(state.time)
         self.position, self._now = body.com[:2].copy(), self._now + step

@@ -12,7 +12,7 @@ from plantigrade.control.pendulum.landing_laws import (
     ReferenceTouchdown,
     linear_pendulum,
 )
-from plantigrade.control.pendulum.swing import detour_length
+from plantigrade.control.pendulum.swing import bent_way, detours
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,6 +50,7 @@ class Footstep:
     time: float  #: To touchdown [s]
     rate: float  #: Rate of the phase until then
     com: Float[Array, " 2"]  #: Centre of mass at touchdown [m]
+    crossing: int  #: 1 if it is across ahead of the stance foot, -1 behind it, else 0
 
     @property
     def shortening(self) -> float:
@@ -74,6 +75,13 @@ class FootReach(FootstepLimits):
     leg_momentum: float  #: Angular momentum of a swing leg, as the person has it
     #: Whether the feet may cross; those of a walk that turns land in line at most
     may_cross: bool = True
+    #: Way on which the foot is crossing already: 1 ahead of the stance foot, -1 behind it, else 0
+    way_taken: int = 0
+    #: Whether a footstep is no farther than the swing foot comes in time; else that only costs: a
+    #: walk over tiles of 8 cm, unpushed, fell
+    in_time: bool = True
+    min_arrival_time: float = 0.0  #: Least time in which the path of a swing foot ends [s]
+    times: Float[Array, " m"] | None = None  #: Times that are compared [s]
     hips: Float[Array, "m 2"] | None = None  #: Hip at each time, from the stance foot [m]
     #: Reach on the ground from there [m]; any distance if absent
     spans: Float[Array, " m"] | None = None
@@ -91,7 +99,7 @@ class FootReach(FootstepLimits):
         height = self.hip_height + self.hip_rise * time - 0.5 * self.max_descent * time**2
         height = np.maximum(height, longest - self.reach.max_lowering * self.leg_length)
         spans = np.sqrt(np.maximum(longest**2 - height**2, 0.0))
-        return replace(self, hips=com + self.hip, spans=spans)
+        return replace(self, times=time, hips=com + self.hip, spans=spans)
 
     def compensated(
         self, offset: Float[Array, "m 2"], time: Float[Array, " m"], omega: float
@@ -122,42 +130,74 @@ class FootReach(FootstepLimits):
         """Return offsets within reach: on its own side, or across, ahead of the other or behind.
 
         People who are pushed outward cross in front of the stance foot or behind it, whichever is
-        nearer.
+        nearer. A foot that crosses keeps its way: planned anew at every tick, it went neither way.
         """
         position = (self.nominal + offset) @ self.axes
         far, past = self.max_length, self.settings.crossover_length * self.leg_length
-        ahead = np.minimum(np.maximum(position[:, 0], -far), far)
-        most = self.crossover_width if self.may_cross else min(0.0, self.min_width)
-        beside, across = (
-            np.minimum(np.maximum(self.side * position[:, 1], least), self.max_width)
-            for least in (self.min_width, most)
-        )
-        ways = [(ahead, beside), (np.maximum(ahead, past), across)]
-        if self.may_cross:
-            ways.append((np.minimum(ahead, -past), across))
-        placed = (np.stack([x, self.side * y], axis=1) @ self.axes.T for x, y in ways)
-        return [self._in_reach(each) for each in placed]
+        position[:, 0] = np.minimum(np.maximum(position[:, 0], -far), far)
+        across = self.crossover_width if self.may_cross else min(0.0, self.min_width)
+        ways = [(-far, far, self.min_width)]
+        if self.way_taken >= 0:
+            ways.append((past, np.inf, across))
+        if self.may_cross and self.way_taken <= 0:
+            ways.append((-np.inf, -past, across))
+        return [self._in_reach(position, *way) for way in ways]
 
-    def _in_reach(self, position: Float[Array, "m 2"]) -> Float[Array, "m 2"]:
-        """Return the offsets of positions, no farther away than the leg reaches."""
-        if self.hips is not None and self.spans is not None:
-            position = drawn_to(position, self.hips, self.spans[:, None])
-        return position - self.nominal
+    def _in_reach(
+        self, position: Float[Array, "m 2"], back: float, front: float, width: float
+    ) -> Float[Array, "m 2"]:
+        """Return the offsets of footsteps by one way, as far as leg and swing foot reach.
 
-    def _detour(self, offset: Float[Array, "m 2"]) -> Float[Array, " m"]:
-        """Return how much longer ways around the stance foot are than straight ones [m]."""
+        Args:
+            position: Footsteps, ahead of the stance foot and to the left [m].
+            back: Least distance ahead by this way [m].
+            front: Greatest one [m].
+            width: Least lateral distance [m].
+        """
+        placed = self._limited(position, back, front, width) @ self.axes.T
+        if self.times is None or self.hips is None or self.spans is None:
+            return placed - self.nominal
+        placed = drawn_to(placed, self.hips, self.spans[:, None])
+        if not self.in_time:
+            return placed - self.nominal
+        time = np.maximum(self.times, self.min_arrival_time)[:, None]
+        middle = self.nominal + self.swing_offset + 2.0 / 3.0 * time * self.foot_velocity
+        placed = drawn_to(placed, middle, self.max_foot_acceleration * time**2 / 6.0)
+        return self._limited(placed @ self.axes, back, front, width) @ self.axes.T - self.nominal
+
+    def _limited(
+        self, position: Float[Array, "m 2"], back: float, front: float, width: float
+    ) -> Float[Array, "m 2"]:
+        """Return the nearest footsteps by one way; arguments as for `_in_reach`."""
+        ahead = np.minimum(np.maximum(position[:, 0], back), front)
+        beside = np.minimum(np.maximum(self.side * position[:, 1], width), self.max_width)
+        return np.stack([ahead, self.side * beside], axis=1)
+
+    def crossing_way(self, offset: Float[Array, " 2"]) -> int:
+        """Return the way by which a footstep is across: 1 ahead, -1 behind, 0 if it is not."""
+        ahead, left = ((self.nominal + offset) @ self.axes).tolist()
+        return 0 if self.side * left >= self.min_width - 1e-9 else 1 if ahead > 0.0 else -1
+
+    def way(self, offset: Float[Array, "m 2"], left: Float[Array, " m"]) -> Float[Array, " m"]:
+        """Return how far the swing foot has to be moved [m], beyond where it goes by itself.
+
+        Around the stance foot it bends: what counts is the greatest acceleration on the way, as a
+        distance from rest to rest.
+        """
+        away = offset - self.swing_offset - 2.0 / 3.0 * left[:, None] * self.foot_velocity
+        straight = np.sqrt((away * away).sum(axis=1))
         size = np.minimum(self.clear_way, [np.inf, self.min_width])
         if size[1] <= 0.0:
-            return np.zeros(len(offset))
+            return straight
         outward = np.array([1.0, self.side])
         places = self.swing_offset, offset
         start, ends = ((self.nominal + x) @ self.axes * outward for x in places)
-        return detour_length(start, ends, size)
-
-    def way(self, offset: Float[Array, "m 2"], left: Float[Array, " m"]) -> Float[Array, " m"]:
-        """Return how far the swing foot has to be moved [m], beyond where it goes by itself."""
-        away = offset - self.swing_offset - 2.0 / 3.0 * left[:, None] * self.foot_velocity
-        return np.sqrt((away * away).sum(axis=1)) + self._detour(offset)
+        velocity = self.foot_velocity @ self.axes * outward
+        points, around = detours(start, ends, size)
+        if not around.any():
+            return straight
+        bent = bent_way(points - start, ends - points, velocity, left)
+        return np.where(around, bent, straight)
 
 
 def next_footstep(
@@ -192,4 +232,5 @@ def next_footstep(
     moved = stance_foot - reference.stance_foot
     i, offset = least_cost(free - reference.footstep, moved, time, reach, reference.omega)
     position, rate = reference.footstep + offset, float(reach.rates[i])
-    return Footstep(position, free[i], float(times[i]), rate, coms[i])
+    crossing = reach.crossing_way(offset)
+    return Footstep(position, free[i], float(times[i]), rate, coms[i], crossing)

@@ -63,6 +63,7 @@ class StepPlan:
         self.lowering = self.turn_rate = self.foot_angle = 0.0
         self.predicted_turn: Callable[[float], PredictedTurn] = lambda time: PredictedTurn()
         self._correction, self._turned = np.zeros(2), np.zeros(2)
+        self._crossing = 0  # the way on which the swing foot crosses
         self._since_push = np.inf  # [s] time since a push was last felt
         lowered = settings.plan.recovery_lowering * person.leg_length
         rows = reference.recorded.rows
@@ -101,10 +102,10 @@ class StepPlan:
         swing = [f for f in gait.feet if not f.in_stance and f.stance is not None]
         self.lowering *= 1.0 - self.step / self.settings.tasks.weights.rise_time
         self._since_push = 0.0 if np.any(disturbance) else self._since_push + self.step
-        pushed = self._since_push < self.settings.plan.lowering_after_push
-        if self.recovery_share >= 1.0 and pushed:
+        if self.recovery_share >= 1.0 and self.pushed:
             self.lowering = max(self.lowering, self._recovery_lowering)
         if len(gait.stance_feet) != 1 or len(swing) != 1:
+            self._crossing = 0
             self._without_swing(body, ref, velocity, feet, ground, path, (first, beta, offsets))
             return None
         return self._with_swing(swing[0], body, ref, velocity, feet, slope, ground, path, foothold)
@@ -164,6 +165,7 @@ class StepPlan:
             foot_velocity=axes @ foot_velocity,
             offset=axes @ foot.swing.offset - path,
             may_cross=not turn.angle,
+            way_taken=self._crossing,
         )
         pivot = self._pivot(ref, then, exp(omega * left), k, feet)
         self._turned[i] = -self.foot_angle  # at touchdown
@@ -177,6 +179,7 @@ class StepPlan:
             touchdown,
             reach,
         )
+        self._crossing = found.crossing
         planned = touchdown.footstep + settings.footsteps.offset_decay * (self.offset[:2] - path)
         decay = exp(-omega * found.time) * touchdown.later_weight
         self.dcm_error = decay * (found.unconstrained - planned)
@@ -230,6 +233,11 @@ class StepPlan:
             offset=none,
             offset_velocity=axes @ foot.swing.velocity,
             leg_momentum=self.person.leg_momentum,
+            min_arrival_time=own.min_arrival_time,
+            lasting_room=settings.footsteps.lasting_room(self.reference.omega)
+            if self.pushed
+            else 1.0,
+            in_time=self.pushed,
         )
 
     def _touchdown(
@@ -338,6 +346,11 @@ class StepPlan:
         own = self.settings.swing
         less = own.max_leg_extension - own.max_recovery_leg_extension
         return (own.max_leg_extension - self.recovery_share * less) * self.person.leg_length
+
+    @property
+    def pushed(self) -> bool:
+        """Whether a push was felt not long ago."""
+        return self._since_push < self.settings.plan.lowering_after_push
 
     @property
     def recovery_share(self) -> float:

@@ -14,6 +14,7 @@ from plantigrade.control.gait.swing import SwingOffsetSettings
 from plantigrade.control.gait.swing_foot import SwingSettings
 
 SWING_PARTS = np.linspace(0.0, 1.0, 9)  # of the ground along a swing
+MIN_PART = 0.1  # of the time of a bent way, for either part: keeps their accelerations finite
 MIN_FOOTSTEP_CHANGE = 0.02  # [leg lengths] change of a footstep up to which these samples stay
 
 Height = Callable[[Array], float]  # [m] height of the ground at a position
@@ -233,14 +234,33 @@ def detours(
     return out * size, wrong | (crosses & (far < 1.0))
 
 
-def detour_length(
-    start: Float[Array, " 2"], ends: Float[Array, "m 2"], size: Float[Array, " 2"]
+def bent_way(
+    first: Float[Array, "m 2"],
+    then: Float[Array, "m 2"],
+    velocity: Float[Array, " 2"],
+    time: Float[Array, " m"],
 ) -> Float[Array, " m"]:
-    """Return how much longer ways around the stance foot are than straight ones [m].
+    """Return the straight way from rest to rest that takes as much acceleration as a bent one [m].
 
-    Arguments as :func:`detours`.
+    The foot goes by a point on two cubics, as
+    :meth:`plantigrade.control.gait.swing.SwingOffset.go` leads it; their acceleration is greatest
+    at an end of either.
+
+    Args:
+        first: From the foot to the point [m].
+        then: From the point to the footstep [m].
+        velocity: Velocity of the foot [m/s].
+        time: To touchdown [s].
     """
-    point, around = detours(start, ends, size)
-    legs = ends - start, point - start, ends - point
-    straight, first, second = (np.sqrt((leg * leg).sum(axis=1)) for leg in legs)
-    return np.where(around, first + second - straight, 0.0)
+    near, far = (np.sqrt((leg * leg).sum(axis=1)) for leg in (first, then))
+    h = (time * np.clip(near / np.maximum(near + far, 1e-9), MIN_PART, 1.0 - MIN_PART))[:, None]
+    rest = time[:, None] - h
+    passing = 3.0 * (first / h**2 + then / rest**2) - velocity / h
+    passing = passing / (2.0 * (1.0 / h + 1.0 / rest))
+    ends = (
+        (6.0 * first / h - 4.0 * velocity - 2.0 * passing) / h,
+        (-6.0 * first / h + 2.0 * velocity + 4.0 * passing) / h,
+        (-6.0 * then / rest + 2.0 * passing) / rest,
+    )
+    most = np.sqrt(np.max([(a * a).sum(axis=1) for a in ends], axis=0))
+    return most * time**2 / 6.0
