@@ -242,6 +242,8 @@ def test_a_person_gets_up_from_hands_and_knees():
     shares = record.contact_force[0, [knee(record, n) for n in parts], 2] / record.weight
     assert shares.sum() == pytest.approx(1.0, abs=0.02) and shares.min() > 0.02
     assert max(aside(record, "head"), aside(record, record.human.trunk)) < np.deg2rad(20.0)
+    lumbar = np.rad2deg(record.motion["lumbar_extension"])
+    assert -45.0 < lumbar.min() and lumbar.max() < 5.0  # hollow by 31° once
 
 
 @pytest.mark.solver

@@ -39,7 +39,15 @@ from plantigrade.trajopt.tasks.supported import with_supports
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.tasks.walking_weights import WalkingWeights
 from plantigrade.trajopt.terms.contact import Clearance
-from plantigrade.trajopt.terms.posture import Posture, PostureAt, Quiet, Rest, Upright
+from plantigrade.trajopt.terms.posture import (
+    LumbopelvicRhythm,
+    Posture,
+    PostureAt,
+    Quiet,
+    Rest,
+    Upright,
+)
+from plantigrade.trajopt.terms.term import Term
 
 FOREFOOT_OFF = 0.05  # [s] ball off before the toes
 TOES_GAP = 0.1  # [s] time in which toes come from their inner edge to lie flat
@@ -60,10 +68,11 @@ are angles between bones, and a trunk that leans with its pelvis costs nothing: 
 lean, trunk and head pass the front knee aside, 26 and 57° off the vertical. A heel bone on which a
 lying leg rests would wriggle by 6 mm."""
 
-BACK_IN_SITTING = {"lumbar_extension": 1.0, "thorax_extension": 1.0}
-"""Weights of the back's flexion in rising from sitting [1/(s rad²)]. Chosen: lumbar and thoracic
-joints flex by 80° together, about as far as people can; without these weights by 130°, to the
-limits of both."""
+BACK_IN_LYING = dict.fromkeys(
+    ("lumbar_extension", "lower_thorax_extension", "thorax_extension"), 0.3
+)
+"""Weights of the back away from standing for those who lie at first [1/(s rad²)]. Chosen: with the
+rhythm of back and hips the lumbar joint flexes by 71° as the hands leave the floor behind them."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +119,7 @@ def get_up(human: Human, parameters: GetUpSettings) -> MotionTask:
     start = resting(ContactBody.for_plan(human, begun), begun, np.zeros(1), postures[:1])[0]
     check_time(human, duration - rises, float(standing[4] - start[4]), "to get up")
     terms = (
-        *basics(human),
+        *(basics(human) if lies is None else _without_rhythm(basics(human))),
         Rest(0.0),
         Quiet(0.0),
         PostureAt(0.0, tuple(map(float, start))),
@@ -122,10 +131,17 @@ def get_up(human: Human, parameters: GetUpSettings) -> MotionTask:
     )
     if lies is not None:
         terms = (*terms, Posture(STRAIGHT, stop=lies.sits * duration))
-    elif parameters.begin == "sitting":
-        terms = (*terms, Posture(BACK_IN_SITTING))
     guess = Interpolated(times, (start, *postures[1:]))
     return with_supports(MotionTask("get-up", plan, terms, guess), supports)
+
+
+def _without_rhythm(terms: tuple[Term, ...]) -> Iterator[Term]:
+    """Yield terms in which the back does not follow the hips."""
+    for term in terms:
+        if isinstance(term, Posture):
+            yield replace(term, weights={**term.weights, **BACK_IN_LYING})
+        elif not isinstance(term, LumbopelvicRhythm):
+            yield term
 
 
 def _from_knees(

@@ -21,7 +21,7 @@ _KINDS: tuple[type[Term], ...] = (
     *(limits.Limits, limits.Within, limits.PowerLimit),
     *(impairment.Weakness, impairment.Brace, external.Wrench, external.Hold, device.Device),
     *(effort.Torque, effort.Work, effort.AnklePower, effort.Acceleration, effort.Jerk),
-    *(posture.Pose, posture.Rest, posture.Quiet, posture.Posture),
+    *(posture.Pose, posture.Rest, posture.Quiet, posture.Posture, posture.LumbopelvicRhythm),
     *(posture.Upright, posture.Facing, posture.Symmetry, targets.Reach, targets.CentreOfMass),
     *(momentum.AngularMomentum, solid.SolidLimbs, effort.Endurance),
 )
