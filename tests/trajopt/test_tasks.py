@@ -263,7 +263,12 @@ def test_neck_and_forearms_stay_relaxed(name):
 @pytest.mark.solver
 @pytest.mark.parametrize(
     ("name", "least", "most"),
-    [("squat", 13.0, 26.0), ("sit-to-stand", 13.0, 35.0), ("reach", 0.0, 10.0)],
+    [
+        ("squat", 13.0, 26.0),
+        ("sit-to-stand", 13.0, 35.0),
+        ("reach", 0.0, 10.0),
+        ("side-step", 0.0, 15.0),
+    ],
 )
 def test_the_back_flexes_with_the_hips_as_in_people_and_is_never_hollow(name, least, most):
     """Squats of people flex the lumbar spine by 13° (women) to 26° (men) [McKean2010]."""
