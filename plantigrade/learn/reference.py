@@ -1,6 +1,7 @@
 """A cyclic reference walk: one closed stride and its displacement."""
 
-from dataclasses import dataclass
+import hashlib
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import mujoco
@@ -54,10 +55,28 @@ class ReferenceMotion:
         row = table[i] + (place - i)[..., None] * (table[i + 1] - table[i])
         return ReferenceInstant(row, self.human.model.nq, self.human.model.nv, laps * self.stride)
 
+    @property
+    def digest(self) -> str:
+        """Hash of the motion, to 0.1 mm and 1e-4 rad."""
+        table = np.round(self.table, 4) + 0.0  # one sign of zero
+        return hashlib.sha256(table.tobytes()).hexdigest()[:12]
+
     def phase(self, time: float | Float[Array, " n"]) -> float | Float[Array, " n"]:
         """Return the phase of the stride or motion, from 0 to 1."""
         u = np.asarray(time) / self.period
         return u % 1.0 if self.cyclic else np.minimum(u, 1.0)
+
+    def cleared(self, clearance: float) -> "ReferenceMotion":
+        """Return it with feet that pass the ground at least so high in mid-swing [m].
+
+        Raises:
+            ParameterError: If it is not cyclic.
+        """
+        human, nq, nv = self.human, self.human.model.nq, self.human.model.nv
+        time = np.linspace(0.0, self.period, len(self.table))
+        qpos, qvel = self.table[:, :nq], self.table[:, nq : nq + nv]
+        stride = Stride(time, qpos, qvel, self.stride, self.cyclic).cleared(human, clearance)
+        return replace(self, table=_table(human, stride))
 
     @classmethod
     def of(

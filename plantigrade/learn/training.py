@@ -297,6 +297,7 @@ class Training:
             "base": asdict(self.tracking.action.gains),
             "human": reference.human.to_dict(),
             "period": reference.period,
+            "reference": reference.digest,
             "start": None if self._start is None else self._start.digest,
             **{f"learning.{k}": v for k, v in asdict(self.hyperparameters).items()},
         }

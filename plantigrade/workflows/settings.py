@@ -174,6 +174,7 @@ class TrainSettings(RecordingSettings):
         "steps": (1, 10**10, ""),
         "goal": (0, 600, "s"),
         "terrain": (0, 20, "cm"),
+        "clearance": (0, 20, "cm"),
         "pushes": (0, 1000, "N"),
         "seeds": (1, 1000, ""),
         "seed": SEEDS,
@@ -191,6 +192,9 @@ class TrainSettings(RecordingSettings):
     """Training ground: flat, bumps:CM, … as for simulate."""
     terrain: float = 0.0
     """Height of random terrain, new in every episode [cm]."""
+    clearance: Number = None
+    """Least height of the reference's soles in mid-swing [cm]; by default 3 with --terrain,
+    otherwise as it is."""
     pushes: float = 0.0
     """Maximum force of random pushes during training [N]."""
     landing: Flag = False

@@ -8,7 +8,7 @@ import pytest
 from plantigrade.commands import main
 from plantigrade.errors import ParameterError
 from plantigrade.extras import install_command
-from plantigrade.learn import PAPER_GAINS, Gains
+from plantigrade.learn import PAPER_GAINS, Gains, ReferenceMotion
 from plantigrade.learn.action import LANDING_GAINS
 from plantigrade.workflows import train as training
 from plantigrade.workflows.settings import TrainSettings
@@ -82,6 +82,12 @@ def test_the_rules_are_the_requested_ones(tmp_path):
     assert lean.weights is None and landing.weights is not None and landing.weights.force > 0.0
     assert landing.terrain == pytest.approx(0.04) and landing.pushes == 120.0
     assert lean.base is None and landing.base == LANDING_GAINS
+    raised, as_it_is = (
+        training.rules_of(None, TrainSettings(joints="42", feet="rigid", clearance=cm, terrain=t))
+        for cm, t in ((3.0, 0.0), (0.0, 4.0))
+    )
+    digests = [ReferenceMotion.of(r.reference).digest for r in (raised, landing, as_it_is, lean)]
+    assert digests[0] == digests[1] != digests[2] == digests[3]
     assert LANDING_GAINS.damping < Gains().damping == PAPER_GAINS.damping
     with pytest.raises(ParameterError, match="landing needs form=lean"):
         training.rules_of(None, TrainSettings(joints="42", form="paper", landing=True))
