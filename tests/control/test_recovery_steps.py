@@ -8,6 +8,7 @@ import pytest
 from plantigrade.control.gait.phase import GaitState
 from plantigrade.control.gait.reference import reference_of
 from plantigrade.control.pendulum import Pendulum, PendulumSettings
+from plantigrade.control.pendulum.speed import SpeedControl, SpeedSettings
 
 STEP = 0.005  # [s]
 
@@ -67,3 +68,43 @@ def test_legs_of_a_walk_are_ever_straight_and_of_a_crouch_never(walk):
     lower = rows.q.copy()
     lower[:, 2] -= 0.1
     assert person.least_flexion(lower, rows.foot_position) == pytest.approx(0.1, abs=0.03)
+
+
+@pytest.mark.parametrize(("force", "pushed"), [(40.0, False), (250.0, True)])
+def test_a_disturbance_is_a_push_if_it_changes_the_speed(walk, world_of, force, pushed):
+    """By 0.15 m/s: in 0.1 s, with 65 kg, a force of 40 N changes it by 0.06 m/s."""
+    controller = Pendulum(walk)
+    world = world_of(controller)
+    state, trunk = world.reset(), walk.human.body("torso")
+    while world.time < 0.5:
+        if 0.3 < world.time < 0.4:
+            world.push(trunk, np.array([0.0, force, 0.0]))
+        state = world.step(controller(state))
+    assert controller.plan.pushed == pushed
+
+
+def test_a_speed_that_a_push_has_left_is_not_corrected():
+    """Half the speed for ten seconds: steps become longer, but not after a push."""
+    found = []
+    for displaced in (False, True):
+        speed, step = SpeedControl(SpeedSettings(), 1.0, 1.2, 0.0), 0.05
+        for n in range(200):
+            scale = speed.update(1.2, 1.2, 0.6 * n * step, step, displaced=displaced)
+        found.append(scale)
+    assert found[0] > 1.2 and found[1] == 1.0
+
+
+@pytest.mark.parametrize("force", [0.0, 300.0])
+def test_a_walk_is_displaced_as_long_as_a_push_has_left_it_off_its_path(walk, world_of, force):
+    controller = Pendulum(walk)
+    world = world_of(controller)
+    state, trunk, displaced = world.reset(), walk.human.body("torso"), []
+    while world.time < 5.0:
+        if 1.0 < world.time < 1.3:
+            world.push(trunk, np.array([0.0, -force, 0.0]))
+        state = world.step(controller(state))
+        displaced.append((world.time, controller.plan.displaced))
+    assert world.fall is None
+    since = [time for time, whether in displaced if whether]
+    assert bool(since) == bool(force)
+    assert not since or (1.0 < since[0] < 2.0 and since[-1] - since[0] > 0.5)

@@ -22,6 +22,9 @@ class PlanSettings:
     max_path_error: float = 0.4
     """Greatest offset from the reference that is countered [leg lengths]: along the path, what is
     lost beyond it stays lost."""
+    max_lasting_offset: float = 0.1
+    """Least offset that a push leaves [leg lengths]. Its integral is not countered: that led the
+    walk past its path by half a metre, and ahead at 1.3 times its speed for seconds. Chosen."""
     max_leg_length: float = 1.1
     """Greatest distance of hip and ankle, with the pelvis leant towards the foot [leg lengths]."""
     max_lowering: float = 0.2
@@ -36,6 +39,13 @@ class PlanSettings:
     """Time after the last felt push in which recovery steps lower the body [s]. On tiles, recovery
     steps correct errors of some centimetres, and a walk that was lowered in them fell on tiles of
     3 cm. Chosen: 224 pushes of 200 to 400 N end as they do without this limit."""
+    min_push_speed: float = 0.08
+    """Least change of speed by which a disturbance is a push [m/s]; a fifth of that by which people
+    were pushed. Landings of a walk with legs half as long are felt, too, and change it by up to
+    0.07; taken for pushes, they let that walk fall."""
+    push_memory: float = 0.3
+    """Time constant with which a felt change of speed is forgotten [s]; about that of the pendulum.
+    Chosen."""
     min_lowering: float = 0.04
     """Extra reach of the legs of a walk before the body is lowered [leg lengths]: an undisturbed
     walk steps this much farther than the recording."""
@@ -80,6 +90,9 @@ class FootReach(FootstepLimits):
     #: Whether a footstep is no farther than the swing foot comes in time; else that only costs: a
     #: walk over tiles of 8 cm, unpushed, fell
     in_time: bool = True
+    #: Whether ways around the stance foot count by their acceleration; else by their length: a walk
+    #: with legs half as long, unpushed, fell
+    by_acceleration: bool = True
     min_arrival_time: float = 0.0  #: Least time in which the path of a swing foot ends [s]
     times: Float[Array, " m"] | None = None  #: Times that are compared [s]
     hips: Float[Array, "m 2"] | None = None  #: Hip at each time, from the stance foot [m]
@@ -182,7 +195,7 @@ class FootReach(FootstepLimits):
         """Return how far the swing foot has to be moved [m], beyond where it goes by itself.
 
         Around the stance foot it bends: what counts is the greatest acceleration on the way, as a
-        distance from rest to rest.
+        distance from rest to rest; without a push, the length of the way.
         """
         away = offset - self.swing_offset - 2.0 / 3.0 * left[:, None] * self.foot_velocity
         straight = np.sqrt((away * away).sum(axis=1))
@@ -196,7 +209,12 @@ class FootReach(FootstepLimits):
         points, around = detours(start, ends, size)
         if not around.any():
             return straight
-        bent = bent_way(points - start, ends - points, velocity, left)
+        first, then = points - start, ends - points
+        if self.by_acceleration:
+            bent = bent_way(first, then, velocity, left)
+        else:
+            long, far, near = (np.sqrt((x * x).sum(axis=1)) for x in (first, then, ends - start))
+            bent = straight + long + far - near
         return np.where(around, bent, straight)
 
 

@@ -63,7 +63,9 @@ class StepPlan:
         self.lowering = self.turn_rate = self.foot_angle = 0.0
         self.predicted_turn: Callable[[float], PredictedTurn] = lambda time: PredictedTurn()
         self._correction, self._turned = np.zeros(2), np.zeros(2)
+        self._displaced = np.zeros(2, dtype=bool)  # by a push, along the path and across it
         self._crossing = 0  # the way on which the swing foot crosses
+        self._felt = 0.0  # [m/s] change of speed by what was felt lately
         self._since_push = np.inf  # [s] time since a push was last felt
         lowered = settings.plan.recovery_lowering * person.leg_length
         rows = reference.recorded.rows
@@ -93,7 +95,7 @@ class StepPlan:
             disturbance: Acceleration of the person by it [m/s²].
             foothold: Shifts footsteps on uneven ground.
         """
-        gait, omega = self.gait, self.reference.omega
+        gait, omega, settings = self.gait, self.reference.omega, self.settings.plan
         velocity = body.com_velocity[:2] + disturbance / (2.0 * omega)
         first, beta, offsets, self.offset = gait.load_offsets()
         path = self._path_offset()
@@ -101,7 +103,10 @@ class StepPlan:
         self._turned += self.turn_rate * self.step
         swing = [f for f in gait.feet if not f.in_stance and f.stance is not None]
         self.lowering *= 1.0 - self.step / self.settings.tasks.weights.rise_time
-        self._since_push = 0.0 if np.any(disturbance) else self._since_push + self.step
+        size = float(np.hypot(*disturbance))
+        self._felt += self.step * (size - self._felt / settings.push_memory)
+        felt = size > 0.0 and (self.pushed or self._felt > settings.min_push_speed)
+        self._since_push = 0.0 if felt else self._since_push + self.step
         if self.recovery_share >= 1.0 and self.pushed:
             self.lowering = max(self.lowering, self._recovery_lowering)
         if len(gait.stance_feet) != 1 or len(swing) != 1:
@@ -165,7 +170,7 @@ class StepPlan:
             foot_velocity=axes @ foot_velocity,
             offset=axes @ foot.swing.offset - path,
             may_cross=not turn.angle,
-            way_taken=self._crossing,
+            way_taken=self._crossing if self.recovering else 0,
         )
         pivot = self._pivot(ref, then, exp(omega * left), k, feet)
         self._turned[i] = -self.foot_angle  # at touchdown
@@ -238,6 +243,7 @@ class StepPlan:
             if self.pushed
             else 1.0,
             in_time=self.pushed,
+            by_acceleration=self.recovering,
         )
 
     def _touchdown(
@@ -353,6 +359,16 @@ class StepPlan:
         return self._since_push < self.settings.plan.lowering_after_push
 
     @property
+    def displaced(self) -> bool:
+        """Whether the walk is where a push has left it, off its path or behind or ahead on it."""
+        return bool(self._displaced.any())
+
+    @property
+    def recovering(self) -> bool:
+        """Whether a push was felt not long ago, or the walk is still where it has left it."""
+        return self.pushed or self.displaced
+
+    @property
     def recovery_share(self) -> float:
         """How much a step is a recovery, by the error of the divergent component."""
         own = self.settings.tasks.weights
@@ -362,16 +378,20 @@ class StepPlan:
         """Return the offset from the reference that feet return to [m].
 
         A recording is no walk of this body, which would stay off its path: a lasting offset is
-        countered. Along the path, and sideways in a turn, the walk does not return.
+        countered by its integral. That of an offset which a push left would lead the walk past its
+        path by as much on the other side. Sideways in a turn, and along the path beyond a limit,
+        the walk does not return.
         """
-        own = self.settings.plan
-        far = own.max_path_error * self.person.leg_length
-        offset = self.offset[:2] - self.line
+        own, leg = self.settings.plan, self.person.leg_length
+        offset, far = self.offset[:2] - self.line, own.max_path_error * leg
+        small = np.abs(offset) < own.max_lasting_offset * leg
+        self._displaced = (self._displaced | self.pushed) & ~small
         near = np.minimum(np.maximum(offset, -far), far)
         self.line[0] += offset[0] - near[0]
         if self.turn_rate:
             self.line[1] += self.step / self.settings.speed.stride_time * offset[1]
-        self._correction -= self.step * self.gait.settings.return_rate * near
+        lasting = np.where(self._displaced, 0.0, near)
+        self._correction -= self.step * self.gait.settings.return_rate * lasting
         self._correction = np.minimum(np.maximum(self._correction, -far), far)
         return self.offset[:2] - near + self._correction
 

@@ -63,7 +63,9 @@ class SpeedControl:
         self.settings, self.scale, self.mean = settings, scale, speed
         self._position, self._correction, self._steady = position, 0.0, 0.0
 
-    def update(self, desired: float, recorded: float, position: float, step: float) -> float:
+    def update(
+        self, desired: float, recorded: float, position: float, step: float, *, displaced: bool
+    ) -> float:
         """Advance by a time step; return the length of steps [recorded steps].
 
         Args:
@@ -71,6 +73,8 @@ class SpeedControl:
             recorded: Speed with recorded steps [m/s].
             position: Along the line of the walk [m].
             step: The time step [s].
+            displaced: Whether the walk is where a push has left it. Its speed is no error of the
+                walk then: corrected, it was 1.3 times as fast for seconds after a push back.
         """
         own = self.settings
         self.mean += step / own.stride_time * ((position - self._position) / step - self.mean)
@@ -78,7 +82,7 @@ class SpeedControl:
         goal = min(desired / recorded, own.max_step_scale)
         change = own.acceleration / recorded * step
         self.scale += min(max(goal - self.scale, -change), change)
-        self._steady = self._steady + step if self.scale == goal else 0.0
+        self._steady = self._steady + step if self.scale == goal and not displaced else 0.0
         if self._steady > 2.0 * own.stride_time and goal > own.min_corrected_scale:
             self._correction += step * own.correction_rate * (desired - self.mean) / recorded
             most = own.max_step_scale - 1.0
