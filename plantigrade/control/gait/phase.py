@@ -39,9 +39,10 @@ class FootContactSettings:
     """Time below that share after which the rear foot is lifted [s]: three ticks, because loads
     jump from tick to tick after a strike. Chosen."""
     transfer_time: float = StepSettings.load_transfer_duration
-    """Time in double support after which the rear foot is lifted in a recovery step, whatever it
-    bears [s]; as in recovery steps from standing. Soles yield before they bear: a foot that had
-    landed softly across the other took 0.1 s to unload the rear one, over which the body fell."""
+    """Time in double support after which the rear foot is lifted in a recovery step after a push,
+    whatever it bears [s]; as in recovery steps from standing. Soles yield before they bear: a foot
+    that had landed softly across the other took 0.1 s to unload the rear one, over which the body
+    fell."""
     friction_fraction: float = 0.75
     """Part of the friction coefficient that a controller uses. Chosen (±20 %: deviation 29 %)."""
 

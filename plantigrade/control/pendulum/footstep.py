@@ -23,8 +23,9 @@ class PlanSettings:
     """Greatest offset from the reference that is countered [leg lengths]: along the path, what is
     lost beyond it stays lost."""
     max_lasting_offset: float = 0.1
-    """Least offset that a push leaves [leg lengths]. Its integral is not countered: that led the
-    walk past its path by half a metre, and ahead at 1.3 times its speed for seconds. Chosen."""
+    """Offset from the reference up to which its integral is countered after a push [leg lengths].
+    The integral of more led the walk past its path by half a metre, and ahead at 1.3 times its
+    speed for seconds. Chosen."""
     max_leg_length: float = 1.1
     """Greatest distance of hip and ankle, with the pelvis leant towards the foot [leg lengths]."""
     max_lowering: float = 0.2
@@ -35,10 +36,11 @@ class PlanSettings:
     at touchdown, and the foot hung over the ground with a straight leg for 60 to 90 ms. A crouched
     walk, whose legs are always shorter than in standing by more than this, is not lowered: it fell.
     With 0.1 as many pushes are survived, but legs twice as long give way in walking."""
-    lowering_after_push: float = 1.0
-    """Time after the last felt push in which recovery steps lower the body [s]. On tiles, recovery
-    steps correct errors of some centimetres, and a walk that was lowered in them fell on tiles of
-    3 cm. Chosen: 224 pushes of 200 to 400 N end as they do without this limit."""
+    recovery_time: float = 1.0
+    """Time after the last felt push in which recovery steps lower the body, land no farther than
+    the swing foot comes in time, and soon unload the rear foot [s]. On tiles, recovery steps
+    correct errors of some centimetres; with either of the first two, a walk over tiles fell.
+    Chosen."""
     min_push_speed: float = 0.08
     """Least change of speed by which a disturbance is a push [m/s]; a fifth of that by which people
     were pushed. Landings of a walk with legs half as long are felt, too, and change it by up to
@@ -87,11 +89,11 @@ class FootReach(FootstepLimits):
     may_cross: bool = True
     #: Way on which the foot is crossing already: 1 ahead of the stance foot, -1 behind it, else 0
     way_taken: int = 0
-    #: Whether a footstep is no farther than the swing foot comes in time; else that only costs: a
-    #: walk over tiles of 8 cm, unpushed, fell
+    #: Whether footsteps are no farther than the swing foot comes in time; otherwise those only cost
+    #: more. In a walk that was not pushed the limit led to a fall on tiles of 8 cm
     in_time: bool = True
-    #: Whether ways around the stance foot count by their acceleration; else by their length: a walk
-    #: with legs half as long, unpushed, fell
+    #: Whether ways around the stance foot are judged by their acceleration, otherwise by their
+    #: length. By acceleration, a walk with legs half as long that was not pushed fell
     by_acceleration: bool = True
     min_arrival_time: float = 0.0  #: Least time in which the path of a swing foot ends [s]
     times: Float[Array, " m"] | None = None  #: Times that are compared [s]

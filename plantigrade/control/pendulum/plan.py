@@ -356,7 +356,7 @@ class StepPlan:
     @property
     def pushed(self) -> bool:
         """Whether a push was felt not long ago."""
-        return self._since_push < self.settings.plan.lowering_after_push
+        return self._since_push < self.settings.plan.recovery_time
 
     @property
     def displaced(self) -> bool:

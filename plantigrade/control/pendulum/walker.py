@@ -285,13 +285,8 @@ class Walker(Controller):
         if abs(self.targets[0].value - self._own) < SPEED_TOLERANCE:  # as fast as the walk is
             self.targets[0].set(min(own, self.targets[0].high))
         self._own, desired = own, min(self.targets[0].value, self._speed_limit)
-        scale = self._speed.update(
-            desired,
-            own,
-            float(self.pendulum.position[0]),
-            step,
-            displaced=self.pendulum.plan.displaced,
-        )
+        ahead, displaced = float(self.pendulum.position[0]), self.pendulum.plan.displaced
+        scale = self._speed.update(desired, own, ahead, step, displaced=displaced)
         cadence = 1.0 if transition is None else transition.cadence(phase)
         reference.scale(scale, cadence, phase)
 
