@@ -140,6 +140,7 @@ class Walks(gymnasium.vector.VectorEnv):
         if num_envs < 1:
             raise ParameterError(f"num_envs={num_envs} must be 1 or more")
         self.num_envs, self.render_mode = num_envs, None
+        self._random = [np.random.default_rng() for _ in range(num_envs)]
         self.tracking = ParallelTracking(_rules(reference, rules), num_envs)
         own = spaces(self.tracking)
         self.single_observation_space, self.single_action_space = own
@@ -153,16 +154,19 @@ class Walks(gymnasium.vector.VectorEnv):
         """Start all episodes.
 
         Args:
-            seed: Seed of the random numbers of all environments, from now on.
+            seed: Seed of the random numbers of each environment, from now on; a number is that of
+                the first, followed by the next numbers.
             options: Options of :meth:`Walk.reset`, for all environments.
 
         Raises:
             ParameterError: As :meth:`Walk.reset`.
         """
-        if isinstance(seed, list):
-            known = [s for s in seed if s is not None]
-            seed = int(np.random.SeedSequence(known).generate_state(1)[0]) if known else None
-        super().reset(seed=seed)
+        if not isinstance(seed, list):
+            seed = [None if seed is None else seed + i for i in range(self.num_envs)]
+        super().reset(seed=seed[0])
+        for i, own in enumerate(seed):
+            if own is not None:
+                self._random[i] = np.random.default_rng(own)
         self._begin(list(range(self.num_envs)), _start(self.tracking, options))
         return self.tracking.observations(), {"phase": self.tracking.phase}
 
@@ -192,9 +196,9 @@ class Walks(gymnasium.vector.VectorEnv):
         return seen, rewards, terminated, truncated, infos
 
     def _begin(self, which: list[int], start: float | None) -> None:
-        parts = self.np_random.random(len(which)) if start is None else [start] * len(which)
-        seeds = self.np_random.integers(2**31, size=len(which))
-        self.tracking.start_episodes(which, [float(p) for p in parts], [int(s) for s in seeds])
+        random = [self._random[i] for i in which]
+        parts = [float(own.random()) if start is None else start for own in random]
+        self.tracking.start_episodes(which, parts, [int(own.integers(2**31)) for own in random])
 
 
 def spaces(tracking: ParallelTracking) -> tuple[Any, Any]:

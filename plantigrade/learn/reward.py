@@ -78,6 +78,8 @@ class RewardWeights:
         return bool(self.force or self.touchdown or self.load)
 
 
+TERMS = ("pose", "velocity", "com", "ends", "force", "touchdown", "load", "soles")
+"""Terms of the reward; some rules use a part of them."""
 FORCE_TOLERANCE = 0.25
 """Deviation of the ground reaction force from body weight in walking, without penalty [body
 weights]; a centre of mass that rises by 2.5 cm in each of two steps per second accelerates by 0.2

@@ -6,13 +6,11 @@ from typing import Any
 import numpy as np
 
 from plantigrade.extras import require
-from plantigrade.learn.environment import Walks
+from plantigrade.learn.reward import TERMS
+from plantigrade.learn.shared_walks import SharedWalks
 
 require("stable_baselines3", "learn")
 _vec = require("stable_baselines3.common.vec_env", "learn")
-
-TERMS = ("pose", "velocity", "com", "ends", "force", "touchdown", "load", "soles")
-"""Terms of the reward; some rules use a part of them."""
 
 
 class TrainingEnvironment(_vec.VecEnv):
@@ -24,7 +22,7 @@ class TrainingEnvironment(_vec.VecEnv):
         falls: Number of episodes since then that ended by a fall or a lost reference.
     """
 
-    def __init__(self, walks: Walks, factor: float):
+    def __init__(self, walks: SharedWalks, factor: float):
         self._walks, self._factor = walks, factor
         one = (walks.single_observation_space, walks.single_action_space)
         super().__init__(walks.num_envs, *one)
@@ -64,7 +62,8 @@ class TrainingEnvironment(_vec.VecEnv):
         return seen, (self._factor * rewards).astype(np.float32), done, ended_infos
 
     def close(self) -> None:
-        """Do nothing; there are no resources to release."""
+        """End the other processes."""
+        self._walks.close()
 
     def get_attr(self, attr_name: str, indices: Any = None) -> list[Any]:
         """Return an attribute, which is the same for all environments."""

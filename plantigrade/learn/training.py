@@ -16,13 +16,14 @@ import numpy as np
 from plantigrade.errors import FileError, ParameterError
 from plantigrade.extras import require
 from plantigrade.io.writing import whole_file
-from plantigrade.learn.environment import Walks
+from plantigrade.learn.elu import Elu
 from plantigrade.learn.hyperparameters import FINE_TUNING, Hyperparameters
 from plantigrade.learn.learning_curve import LearningProgress, write_curve
 from plantigrade.learn.parallel_tracking import ParallelTracking
 from plantigrade.learn.policy import OBSERVATION_CLIP, Policy, survival_times
 from plantigrade.learn.rules import Rules
 from plantigrade.learn.sb3_environment import TrainingEnvironment
+from plantigrade.learn.shared_walks import SharedWalks
 from plantigrade.learn.transfer import transfer_policy
 
 _torch = require("torch", "learn")
@@ -48,6 +49,7 @@ class Training:
         hyperparameters: Hyperparameters; by default those for training from scratch, or
             :data:`FINE_TUNING`.
         start: Initial policy, for any feet.
+        jobs: Number of processes that simulate; the result does not depend on it.
 
     Raises:
         ParameterError: If the checkpoint belongs to another training.
@@ -70,27 +72,20 @@ class Training:
         hyperparameters: Hyperparameters | None = None,
         device: str = "cpu",
         start: Policy | None = None,
+        jobs: int = 1,
     ):
         hyperparameters = hyperparameters or (Hyperparameters() if start is None else FINE_TUNING)
-        self.folder, self.seed, self.goal, self.max_decisions = (
-            Path(folder),
-            seed,
-            goal,
-            max_decisions,
-        )
-        self.hyperparameters, self.curve, self.reached = (
-            hyperparameters,
-            list[LearningProgress](),
-            False,
-        )
+        self.folder, self.seed = Path(folder), seed
+        self.goal, self.max_decisions = goal, max_decisions
+        self.hyperparameters, self.reached = hyperparameters, False
+        self.curve: list[LearningProgress] = []
         try:
             _torch.empty(0, device=device)
         except Exception as error:  # torch raises several kinds
             raise ParameterError(f"device={device!r}: {str(error)[:160]}") from error
         _torch.set_num_threads(1)
-        walks = Walks(
-            hyperparameters.persons, **{f.name: getattr(rules, f.name) for f in fields(rules)}
-        )
+        own = {f.name: getattr(rules, f.name) for f in fields(rules)}
+        walks = SharedWalks(hyperparameters.persons, jobs, **own)
         self.tracking = walks.tracking
         self._environment = TrainingEnvironment(walks, 5.0 * (1.0 - hyperparameters.gamma))
         self._norm = _vec.VecNormalize(
@@ -135,8 +130,12 @@ class Training:
             on_progress(row)
         return self.policy()
 
+    def close(self) -> None:
+        """End the other processes."""
+        self._environment.close()
+
     def learn(self) -> LearningProgress:
-        """Do one part, and return hyperparameters it went."""
+        """Do one part, and return how it went."""
         start_time, hyperparameters, learner = (
             clock.perf_counter(),
             self.hyperparameters,
@@ -219,7 +218,7 @@ class Training:
             },
         )
 
-    def _start_from(self, policy: Policy, walks: Walks) -> None:
+    def _start_from(self, policy: Policy, walks: SharedWalks) -> None:
         """Start from the actor and the normalisation of a policy.
 
         The policy acts first, because observations may vary more here, for instance with pushes.
@@ -373,7 +372,7 @@ def _learner(norm: Any, how: Hyperparameters, reach: Any, device: str) -> "_Lear
         max_grad_norm=1.0,
         policy_kwargs={
             "net_arch": layers,
-            "activation_fn": _torch.nn.ELU,
+            "activation_fn": Elu,
             "log_std_init": float(np.log(how.action_std / reach)),
         },
         device=device,

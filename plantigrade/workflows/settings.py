@@ -178,6 +178,7 @@ class TrainSettings(RecordingSettings):
         "pushes": (0, 1000, "N"),
         "seeds": (1, 1000, ""),
         "seed": SEEDS,
+        "jobs": (-1, 1024, ""),
     }
 
     norms: tyro.conf.Suppress[OptionalPath] = None
@@ -211,10 +212,14 @@ class TrainSettings(RecordingSettings):
     """Random seed."""
     device: str = "cpu"
     """torch device, such as cpu or cuda."""
+    jobs: int = 1
+    """Number of processes that simulate, -1 for one per core; the policy does not depend on it."""
 
     def __post_init__(self):
         """Refuse what a training has no use for."""
         super().__post_init__()
+        if self.jobs == 0:
+            raise ParameterError("jobs must be 1, 2, … or -1 for one per core, not 0")
         self.refuse(("norms", "age"), "on a training")
 
 

@@ -2,11 +2,13 @@
 
 import csv
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from loky import cpu_count
 
 from plantigrade.errors import ParameterError, RunExists
 from plantigrade.io.text import read_text
@@ -97,8 +99,10 @@ def train(
             max_decisions=how.steps,
             device=how.device,
             start=start,
+            jobs=how.jobs if how.jobs > 0 else cpu_count(),
         )
-        training.run(lambda row, seed=seed: tell(seed, row))
+        with closing(training):
+            training.run(lambda row, seed=seed: tell(seed, row))
         taught.append(Taught(seed, place, training.reached, training.curve[-1]))
     if len(taught) > 1:
         write_spread(folder / SPREAD, [place / "curve.csv" for place in places])

@@ -89,6 +89,8 @@ def test_the_rules_are_the_requested_ones(tmp_path):
     digests = [ReferenceMotion.of(r.reference).digest for r in (raised, landing, as_it_is, lean)]
     assert digests[0] == digests[1] != digests[2] == digests[3]
     assert LANDING_GAINS.damping < Gains().damping == PAPER_GAINS.damping
+    with pytest.raises(ParameterError, match="one per core, not 0"):
+        TrainSettings(jobs=0)
     with pytest.raises(ParameterError, match="landing needs form=lean"):
         training.rules_of(None, TrainSettings(joints="42", form="paper", landing=True))
     paper = training.rules_of(None, TrainSettings(joints="42", feet="rigid", form="paper"))

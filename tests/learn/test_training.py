@@ -26,7 +26,7 @@ def rules():
 
 
 def test_what_was_stopped_ends_in_the_same_policy(rules, tmp_path):
-    """Number for number; another seed does not."""
+    """Number for number, with any number of processes; another seed does not."""
     whole, parts, other = (tmp_path / name for name in ("whole", "parts", "other"))
     for folder in (whole, parts, other):
         folder.mkdir()
@@ -38,6 +38,11 @@ def test_what_was_stopped_ends_in_the_same_policy(rules, tmp_path):
     again.run(rows.append)
     assert [row.decisions for row in rows] == [32, 64, 96]
     assert (whole / "policy.npz").read_bytes() == (parts / "policy.npz").read_bytes()
+    (tmp_path / "shared").mkdir()
+    shared = Training(rules, tmp_path / "shared", max_decisions=96, hyperparameters=HOW, jobs=3)
+    shared.run()
+    shared.close()
+    assert (whole / "policy.npz").read_bytes() == (tmp_path / "shared/policy.npz").read_bytes()
     Training(rules, other, seed=1, max_decisions=96, hyperparameters=HOW).run()
     assert (whole / "policy.npz").read_bytes() != (other / "policy.npz").read_bytes()
     lines = (parts / "curve.csv").read_text("utf-8").splitlines()
@@ -108,3 +113,8 @@ def test_the_policy_is_what_torch_computes_and_a_goal_ends_it(rules, tmp_path):
         x = torch.as_tensor(np.clip((seen - policy.mean) / policy.scale, -8, 8), dtype=torch.float)
         expected = net.action_net(net.mlp_extractor.forward_actor(x)).clamp(-1, 1).numpy()
     np.testing.assert_allclose(loaded(seen.astype(np.float32)), expected, atol=1e-5)
+    x = torch.linspace(-9.0, 9.0, 99, requires_grad=True)
+    ways = (net.mlp_extractor.policy_net[1], torch.nn.functional.elu)
+    values = [way(x) for way in ways]
+    torch.testing.assert_close(*values)
+    torch.testing.assert_close(*(torch.autograd.grad(y.sum(), x)[0] for y in values))
