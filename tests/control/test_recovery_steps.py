@@ -8,6 +8,7 @@ import pytest
 from plantigrade.control.gait.phase import GaitState
 from plantigrade.control.gait.reference import reference_of
 from plantigrade.control.pendulum import Pendulum, PendulumSettings
+from plantigrade.control.pendulum.push_memory import PushMemory, PushSettings
 from plantigrade.control.pendulum.speed import SpeedControl, SpeedSettings
 
 STEP = 0.005  # [s]
@@ -44,8 +45,8 @@ def test_the_rear_foot_is_lifted_in_a_recovery_step_at_once_if_it_bears_little(
 def test_the_body_is_lowered_from_the_decision_for_a_recovery_step_on(walk, world_of, felt):
     """As long as a push was felt not long ago: a walk over tiles is not lowered."""
     own = PendulumSettings()
-    plan = replace(own.plan, recovery_time=felt)
-    controller = Pendulum(walk, settings=replace(own, plan=plan))
+    push = replace(own.push, recovery_time=felt)
+    controller = Pendulum(walk, settings=replace(own, push=push))
     least = controller.settings.plan.recovery_lowering * controller.person.leg_length
     world = world_of(controller)
     state, trunk, lowered = world.reset(), walk.human.body("torso"), []
@@ -80,7 +81,7 @@ def test_a_disturbance_is_a_push_if_it_changes_the_speed(walk, world_of, force, 
         if 0.3 < world.time < 0.4:
             world.push(trunk, np.array([0.0, force, 0.0]))
         state = world.step(controller(state))
-    assert controller.plan.pushed == pushed
+    assert controller.plan.push.felt == pushed
 
 
 def test_a_speed_that_a_push_has_left_is_not_corrected():
@@ -103,8 +104,22 @@ def test_a_walk_is_displaced_as_long_as_a_push_has_left_it_off_its_path(walk, wo
         if 1.0 < world.time < 1.3:
             world.push(trunk, np.array([0.0, -force, 0.0]))
         state = world.step(controller(state))
-        displaced.append((world.time, controller.plan.displaced))
+        displaced.append((world.time, controller.plan.push.displaced))
     assert world.fall is None
     since = [time for time, whether in displaced if whether]
     assert bool(since) == bool(force)
     assert not since or (1.0 < since[0] < 2.0 and since[-1] - since[0] > 0.5)
+
+
+@pytest.mark.parametrize("lasts", [0.4, 9.0])
+def test_a_walk_that_stays_off_its_path_is_led_back_after_a_while(lasts):
+    """After a push it comes back by itself; in wind that lasts, by the integral of the offset."""
+    memory = PushMemory(0.9, STEP, 0.5, 0.3, PushSettings(max_return_time=6.0))
+    aside, found, paths = np.array([0.0, 0.2]), [], []
+    for n in range(round(9.0 / STEP)):
+        memory.feel(np.array([0.0, 1.0 if n * STEP < lasts else 0.0]))
+        paths.append(memory.path_offset(aside, turns=False)[1])
+        found.append(memory.displaced)
+    assert [found[round(t / STEP)] for t in (0.5, 5.9, 6.5)] == [True, True, False]
+    first, then, last = (paths[round(t / STEP)] for t in (1.0, 5.9, 8.0))
+    assert first == pytest.approx(then) and last < then - 0.1

@@ -125,7 +125,7 @@ class Pendulum(Controller):
         recorded = float(np.linalg.norm(way))
         ahead = way / recorded if recorded > 1e-6 else np.array([1.0, 0.0])
         went = (self.position - self._from) if self._now > 0.0 else np.zeros(2)
-        left = float(ahead[0] * went[1] - ahead[1] * went[0]) - float(self.plan.line[1])
+        left = float(ahead[0] * went[1] - ahead[1] * went[0]) - float(self.plan.push.line[1])
         return float(went @ ahead) / max(self._now, 1e-9), recorded, left
 
     def drawings(self, state: State) -> tuple[Drawing, ...]:
@@ -217,7 +217,7 @@ class Pendulum(Controller):
         n_touchdowns = len(gait.touchdowns)
         grazing = self._feet.grazing(feet, load, self.footstep, step)
         recovers = self.plan.recovery_share >= 1.0
-        pushed = self.plan.pushed
+        pushed = self.plan.push.felt
         gait.update(state.time, step, load, offset, np.eye(2), grazing, recovers, pushed)
         if len(gait.touchdowns) > n_touchdowns:
             self._record_footfall(state.time)

@@ -112,7 +112,7 @@ class Feet:
             foot.swing.pass_beside(off, planned, plan.axes, foot.side_sign, self.leg, overlap)
         position[:2] += foot.swing.offset
         # The axes turn about the walker, and the footstep with them.
-        ahead, left = position[0] - com[0], position[1] - plan.line[1]
+        ahead, left = position[0] - com[0], position[1] - plan.push.line[1]
         if foot.swing.own is None:
             velocity[:2] += foot.swing.velocity
             acceleration[:2] += foot.swing.acceleration

@@ -17,15 +17,8 @@ from plantigrade.control.pendulum.swing import bent_way, detours
 
 @dataclass(frozen=True, kw_only=True)
 class PlanSettings:
-    """How a walk returns to its path and reaches footsteps; values were chosen."""
+    """How a walk reaches its footsteps; values were chosen."""
 
-    max_path_error: float = 0.4
-    """Greatest offset from the reference that is countered [leg lengths]: along the path, what is
-    lost beyond it stays lost."""
-    max_lasting_offset: float = 0.1
-    """Offset from the reference up to which its integral is countered after a push [leg lengths].
-    The integral of more led the walk past its path by half a metre, and ahead at 1.3 times its
-    speed for seconds. Chosen."""
     max_leg_length: float = 1.1
     """Greatest distance of hip and ankle, with the pelvis leant towards the foot [leg lengths]."""
     max_lowering: float = 0.2
@@ -36,18 +29,6 @@ class PlanSettings:
     at touchdown, and the foot hung over the ground with a straight leg for 60 to 90 ms. A crouched
     walk, whose legs are always shorter than in standing by more than this, is not lowered: it fell.
     With 0.1 as many pushes are survived, but legs twice as long give way in walking."""
-    recovery_time: float = 1.0
-    """Time after the last felt push in which recovery steps lower the body, land no farther than
-    the swing foot comes in time, and soon unload the rear foot [s]. On tiles, recovery steps
-    correct errors of some centimetres; with either of the first two, a walk over tiles fell.
-    Chosen."""
-    min_push_speed: float = 0.08
-    """Least change of speed by which a disturbance is a push [m/s]; a fifth of that by which people
-    were pushed. Landings of a walk with legs half as long are felt, too, and change it by up to
-    0.07; taken for pushes, they let that walk fall."""
-    push_memory: float = 0.3
-    """Time constant with which a felt change of speed is forgotten [s]; about that of the pendulum.
-    Chosen."""
     min_lowering: float = 0.04
     """Extra reach of the legs of a walk before the body is lowered [leg lengths]: an undisturbed
     walk steps this much farther than the recording."""

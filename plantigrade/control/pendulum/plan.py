@@ -15,6 +15,7 @@ from plantigrade.control.gait.phase import Foot, GaitState
 from plantigrade.control.gait.tasks import heading
 from plantigrade.control.pendulum.footstep import FootReach, Footstep, next_footstep
 from plantigrade.control.pendulum.landing_laws import LAWS, ReferenceTouchdown
+from plantigrade.control.pendulum.push_memory import PushMemory
 from plantigrade.control.pendulum.reference import ScaledReference
 from plantigrade.control.pendulum.settings import PendulumSettings
 from plantigrade.control.pendulum.swing import Height, detours
@@ -40,7 +41,7 @@ class StepPlan:
         dcm_error: Error of the divergent component of motion, world [m].
         offset: Load-weighted offset of the stance feet from the reference, world [m].
         cop_offset: Offset of the centre of pressure for feet that stood before a turn, world [m].
-        line: Offset of the line of the walk, ahead and to the left, that it keeps, world [m].
+        push: What the walk knows of the last push.
         lowering: Lowering of the body, for legs to reach their footsteps [m].
         turn_rate: Rate of turn, to the left [rad/s].
         predicted_turn: Returns the turn until a touchdown in a time [s].
@@ -59,15 +60,14 @@ class StepPlan:
         self.gait, self.reference, self.person, self.step = gait, reference, person, step
         self.settings = settings
         self.dcm_error, self.offset, self.axes = np.zeros(2), np.zeros(3), np.eye(2)
-        self.cop_offset, self.line = np.zeros(2), np.zeros(2)
+        self.cop_offset = np.zeros(2)
         self.lowering = self.turn_rate = self.foot_angle = 0.0
         self.predicted_turn: Callable[[float], PredictedTurn] = lambda time: PredictedTurn()
-        self._correction, self._turned = np.zeros(2), np.zeros(2)
-        self._displaced = np.zeros(2, dtype=bool)  # by a push, along the path and across it
+        self._turned = np.zeros(2)
+        leg, stride = person.leg_length, settings.speed.stride_time
+        self.push = PushMemory(leg, step, gait.settings.return_rate, stride, settings.push)
         self._crossing = 0  # the way on which the swing foot crosses
-        self._felt = 0.0  # [m/s] change of speed by what was felt lately
-        self._since_push = np.inf  # [s] time since a push was last felt
-        lowered = settings.plan.recovery_lowering * person.leg_length
+        lowered = settings.plan.recovery_lowering * leg
         rows = reference.recorded.rows
         crouched = person.least_flexion(rows.q, rows.foot_position) >= lowered
         self._recovery_lowering = 0.0 if crouched else lowered  # [m]
@@ -95,19 +95,17 @@ class StepPlan:
             disturbance: Acceleration of the person by it [m/s²].
             foothold: Shifts footsteps on uneven ground.
         """
-        gait, omega, settings = self.gait, self.reference.omega, self.settings.plan
+        gait, omega = self.gait, self.reference.omega
         velocity = body.com_velocity[:2] + disturbance / (2.0 * omega)
         first, beta, offsets, self.offset = gait.load_offsets()
-        path = self._path_offset()
+        push = self.push
+        path = push.path_offset(self.offset[:2], bool(self.turn_rate))
+        push.feel(disturbance)
         self.cop_offset = np.zeros(2)
         self._turned += self.turn_rate * self.step
         swing = [f for f in gait.feet if not f.in_stance and f.stance is not None]
         self.lowering *= 1.0 - self.step / self.settings.tasks.weights.rise_time
-        size = float(np.hypot(*disturbance))
-        self._felt += self.step * (size - self._felt / settings.push_memory)
-        felt = size > 0.0 and (self.pushed or self._felt > settings.min_push_speed)
-        self._since_push = 0.0 if felt else self._since_push + self.step
-        if self.recovery_share >= 1.0 and self.pushed:
+        if self.recovery_share >= 1.0 and push.felt:
             self.lowering = max(self.lowering, self._recovery_lowering)
         if len(gait.stance_feet) != 1 or len(swing) != 1:
             self._crossing = 0
@@ -170,7 +168,7 @@ class StepPlan:
             foot_velocity=axes @ foot_velocity,
             offset=axes @ foot.swing.offset - path,
             may_cross=not turn.angle,
-            way_taken=self._crossing if self.recovering else 0,
+            way_taken=self._crossing if self.push.recovering else 0,
         )
         pivot = self._pivot(ref, then, exp(omega * left), k, feet)
         self._turned[i] = -self.foot_angle  # at touchdown
@@ -240,10 +238,10 @@ class StepPlan:
             leg_momentum=self.person.leg_momentum,
             min_arrival_time=own.min_arrival_time,
             lasting_room=settings.footsteps.lasting_room(self.reference.omega)
-            if self.pushed
+            if self.push.felt
             else 1.0,
-            in_time=self.pushed,
-            by_acceleration=self.recovering,
+            in_time=self.push.felt,
+            by_acceleration=self.push.recovering,
         )
 
     def _touchdown(
@@ -354,46 +352,10 @@ class StepPlan:
         return (own.max_leg_extension - self.recovery_share * less) * self.person.leg_length
 
     @property
-    def pushed(self) -> bool:
-        """Whether a push was felt not long ago."""
-        return self._since_push < self.settings.plan.recovery_time
-
-    @property
-    def displaced(self) -> bool:
-        """Whether the walk is where a push has left it, off its path or behind or ahead on it."""
-        return bool(self._displaced.any())
-
-    @property
-    def recovering(self) -> bool:
-        """Whether a push was felt not long ago, or the walk is still where it has left it."""
-        return self.pushed or self.displaced
-
-    @property
     def recovery_share(self) -> float:
         """How much a step is a recovery, by the error of the divergent component."""
         own = self.settings.tasks.weights
         return own.recovery_share(self.dcm_error, self.person.leg_length)
-
-    def _path_offset(self) -> Array:
-        """Return the offset from the reference that feet return to [m].
-
-        A recording is no walk of this body, which would stay off its path: a lasting offset is
-        countered by its integral. That of an offset which a push left would lead the walk past its
-        path by as much on the other side. Sideways in a turn, and along the path beyond a limit,
-        the walk does not return.
-        """
-        own, leg = self.settings.plan, self.person.leg_length
-        offset, far = self.offset[:2] - self.line, own.max_path_error * leg
-        small = np.abs(offset) < own.max_lasting_offset * leg
-        self._displaced = (self._displaced | self.pushed) & ~small
-        near = np.minimum(np.maximum(offset, -far), far)
-        self.line[0] += offset[0] - near[0]
-        if self.turn_rate:
-            self.line[1] += self.step / self.settings.speed.stride_time * offset[1]
-        lasting = np.where(self._displaced, 0.0, near)
-        self._correction -= self.step * self.gait.settings.return_rate * lasting
-        self._correction = np.minimum(np.maximum(self._correction, -far), far)
-        return self.offset[:2] - near + self._correction
 
 
 def turned_axes(angle: float) -> Float[Array, "2 2"]:

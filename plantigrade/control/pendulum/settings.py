@@ -14,6 +14,7 @@ from plantigrade.control.pendulum.footstep import PlanSettings
 from plantigrade.control.pendulum.ground import GroundSettings
 from plantigrade.control.pendulum.landing_laws import LAWS
 from plantigrade.control.pendulum.path import PathSettings
+from plantigrade.control.pendulum.push_memory import PushSettings
 from plantigrade.control.pendulum.speed import SpeedSettings
 from plantigrade.control.pendulum.swing import SwingPathSettings
 from plantigrade.control.pendulum.tasks import WalkingTaskSettings
@@ -42,7 +43,9 @@ class PendulumSettings:
     footsteps: FootstepSettings = FootstepSettings()
     """Footsteps."""
     plan: PlanSettings = PlanSettings()
-    """The return to the path, and the lowering of the body for footsteps."""
+    """The reach of footsteps, and the lowering of the body for them."""
+    push: PushSettings = PushSettings()
+    """How a push is recognised, and the return to the path."""
     swing: SwingPathSettings = SwingPathSettings()
     """Swing feet."""
     ground: GroundSettings = GroundSettings()

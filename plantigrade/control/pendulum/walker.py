@@ -238,7 +238,7 @@ class Walker(Controller):
     @property
     def _here(self) -> tuple[float, float]:
         """Position on the line of the walk, in the frame [m]."""
-        return float(self.pendulum.position[0]), float(self.pendulum.plan.line[1])
+        return float(self.pendulum.position[0]), float(self.pendulum.plan.push.line[1])
 
     def _depth(self) -> float:
         """Return how deep to crouch [cm]: as the target says, which barriers set."""
@@ -285,7 +285,7 @@ class Walker(Controller):
         if abs(self.targets[0].value - self._own) < SPEED_TOLERANCE:  # as fast as the walk is
             self.targets[0].set(min(own, self.targets[0].high))
         self._own, desired = own, min(self.targets[0].value, self._speed_limit)
-        ahead, displaced = float(self.pendulum.position[0]), self.pendulum.plan.displaced
+        ahead, displaced = float(self.pendulum.position[0]), self.pendulum.plan.push.displaced
         scale = self._speed.update(desired, own, ahead, step, displaced=displaced)
         cadence = 1.0 if transition is None else transition.cadence(phase)
         reference.scale(scale, cadence, phase)
