@@ -15,6 +15,7 @@ from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.kinematics.leg_inverse import LegInverse
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.models.mirror import mirror_sign, mirrored_name
 from plantigrade.motion import Motion
@@ -50,6 +51,9 @@ MIN_SWING_TIME = 0.12  # [s] minimum duration of a swing; people's take 0.3 s an
 MID_SWING = (0.25, 0.75)
 """Part of a swing in which a foot is raised to its clearance: the other foot is passed there, and
 both ends stay as they are [1]."""
+SOFT_DROP = 0.008
+"""Distance by which the centre of mass of a softened stride is lower on average [m]: with less, the
+legs of the published mean walk are too short for its feet at toe-off."""
 MIN_TRAVEL = 0.2
 """Maximum speed of a motion on a belt [m/s] and minimum displacement with a direction [m]."""
 
@@ -117,7 +121,34 @@ class Stride:
                 lack = (clearance - sole[swing, :, 2].min(axis=1)) / shape
                 middle = (part >= MID_SWING[0]) & (part <= MID_SWING[1])
                 place[swing, i, 2] += max(float(lack[middle].max()), 0.0) * shape
-        qpos = LegInverse(human).reach(self.qpos[:-1], place, turn)
+        return self._repeated(human, LegInverse(human).reach(self.qpos[:-1], place, turn))
+
+    def softened(self, human: Human) -> "Stride":
+        """Return the stride with the centre of mass rising and falling as one sine per step.
+
+        It is the first harmonic of its height; the feet stay where they are, and the legs bend.
+        Where a motion consists of mean joint angles, higher harmonics are what the angles do not
+        fit in: they would need 1.6 body weights of the standing leg just before touchdown, while
+        people's force peaks at 1.2 to 1.4, on both legs.
+
+        Raises:
+            ParameterError: If the stride is not repeated.
+        """
+        if not self.cyclic:
+            raise ParameterError("softening needs a walk that is repeated, not a motion that ends")
+        qpos = self.qpos[:-1].copy()
+        place, turn = body_paths(human, qpos, [human.body(f"foot_{side}") for side in SIDES])
+        height = _com_heights(human, qpos)
+        steps = np.exp(4j * np.pi * self.time[:-1] / self.time[-1])  # two in a stride
+        sine = 2.0 * np.real(np.mean(height * steps.conj()) * steps)
+        wanted = height.mean() - SOFT_DROP + sine
+        for _ in range(2):  # bent legs move the centre of mass, too
+            qpos[:, 2] += wanted - _com_heights(human, qpos)
+            qpos = LegInverse(human).reach(qpos, place, turn)
+        return self._repeated(human, qpos)
+
+    def _repeated(self, human: Human, qpos: Float[Array, "n_rows nq"]) -> "Stride":
+        """Return the stride with other configurations, of all frames but the last."""
         qpos = np.vstack([qpos, qpos[:1]])
         qpos[-1, 0] += self.length
         _, values = human.to_coordinates(qpos)
@@ -264,6 +295,12 @@ def _off_the_belt(human: Human, motion: Motion) -> Motion:
     qpos = motion.qpos.copy()
     qpos[:, :3] -= moving_ground(motion.time, places[:, :2], places[:, 2:])
     return replace(motion, qpos=qpos)
+
+
+def _com_heights(human: Human, qpos: Float[Array, "n_rows nq"]) -> Float[Array, " n_rows"]:
+    """Return the heights of the centre of mass [m]."""
+    state = BodyState(human, qpos[0])
+    return np.array([state.moved_to(q).com[2] for q in qpos])
 
 
 def _swings(sole: Float[Array, "n_rows n_sites 3"], step: float) -> list[np.ndarray]:

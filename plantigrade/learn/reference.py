@@ -72,11 +72,22 @@ class ReferenceMotion:
         Raises:
             ParameterError: If it is not cyclic.
         """
-        human, nq, nv = self.human, self.human.model.nq, self.human.model.nv
+        return replace(self, table=_table(self.human, self._stride.cleared(self.human, clearance)))
+
+    def softened(self) -> "ReferenceMotion":
+        """Return it with the centre of mass rising and falling as one sine per step.
+
+        Raises:
+            ParameterError: If it is not cyclic.
+        """
+        return replace(self, table=_table(self.human, self._stride.softened(self.human)))
+
+    @property
+    def _stride(self) -> Stride:
         time = np.linspace(0.0, self.period, len(self.table))
+        nq, nv = self.human.model.nq, self.human.model.nv
         qpos, qvel = self.table[:, :nq], self.table[:, nq : nq + nv]
-        stride = Stride(time, qpos, qvel, self.stride, self.cyclic).cleared(human, clearance)
-        return replace(self, table=_table(human, stride))
+        return Stride(time, qpos, qvel, self.stride, self.cyclic)
 
     @classmethod
     def of(
@@ -110,7 +121,7 @@ class ReferenceMotion:
 
     @classmethod
     def textbook(cls, human: Human, speed: float | None = None) -> "ReferenceMotion":
-        """Return the published mean walk on a person.
+        """Return the published mean walk on a person, softened.
 
         Args:
             speed: Walking speed [m/s]; if absent the preferred speed, 0.4 times the root of leg
@@ -121,7 +132,7 @@ class ReferenceMotion:
         walk = textbook_walk(human, speed=speed, rate=60.0, cycles=2)
         rest = np.zeros((len(walk.time), human.model.nv))
         motion = Motion(walk.time, walk.qpos, rest, human.joint_names, events=walk.events)
-        return cls.of_motion(human, motion)
+        return cls.of_motion(human, motion).softened()
 
     @classmethod
     def of_motion(cls, human: Human, motion: Motion) -> "ReferenceMotion":

@@ -5,15 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.leg_inverse import ANKLE, HIP, KNEE
 from plantigrade.kinematics.posture import leans
 from plantigrade.kinematics.sole_paths import sole_paths
+from plantigrade.kinematics.state import BodyState
 from plantigrade.kinematics.stride import stride_of
 from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.motion.filters import lowpass
 from plantigrade.spatial.conventions import about_vertical, rotation_matrix, turned
 from tests.textbook import walk_record
 
@@ -68,11 +71,33 @@ def test_feet_are_raised_to_a_clearance_in_mid_swing_and_stand_as_before():
     np.testing.assert_allclose(raised.qvel[2:-2, 6:], rates, atol=0.4)
 
 
-def test_a_motion_that_ends_has_no_clearance(walker):
+def test_a_softened_stride_needs_less_force_and_leaves_the_feet():
+    """People's force on both feet peaks at 1.2 to 1.4 body weights, while both are down."""
+    human = Human.create(1.5, 48.5, joints="66")
+    stride = stride_of(human, walk_record(human, speed=1.1, rate=60.0, cycles=2).motion)
+    soft, peaks = stride.softened(human), []
+    step = stride.time[1]
+    for each in (stride, soft):
+        height = np.tile([BodyState(human, q).com[2] for q in each.qpos[:-1]], 3)
+        smooth = lowpass(np.arange(len(height)) * step, height, cutoff=20.0)
+        force = 1.0 + np.gradient(np.gradient(smooth, step), step) / GRAVITY
+        peaks.append(force[len(stride.time) : -len(stride.time)].max())
+    assert peaks[0] > 1.4 and 1.1 < peaks[1] < 1.25
+    old, new = (sole_paths(human, x.qpos).position for x in (stride, soft))
+    np.testing.assert_allclose(new, old, atol=1e-3)
+    change = np.rad2deg(np.abs(soft.qpos - stride.qpos)[:, 7:]).max()
+    assert 5.0 < change < 15.0
+    again = soft.softened(human)
+    assert np.ptp(again.qpos[:, 2]) == pytest.approx(np.ptp(soft.qpos[:, 2]), abs=2e-3)
+
+
+def test_a_motion_that_ends_is_neither_raised_nor_softened(walker):
     human, walk = walker
     whole = replace(stride_of(human, walk), cyclic=False)
     with pytest.raises(ParameterError, match="repeated"):
         whole.cleared(human, 0.03)
+    with pytest.raises(ParameterError, match="repeated"):
+        whole.softened(human)
 
 
 def test_a_straight_stride_is_taken_before_a_more_even_one_along_a_bend(walker):
