@@ -51,9 +51,10 @@ MIN_SWING_TIME = 0.12  # [s] minimum duration of a swing; people's take 0.3 s an
 MID_SWING = (0.25, 0.75)
 """Part of a swing in which a foot is raised to its clearance: the other foot is passed there, and
 both ends stay as they are [1]."""
-SOFT_DROP = 0.008
-"""Distance by which the centre of mass of a softened stride is lower on average [m]: with less, the
-legs of the published mean walk are too short for its feet at toe-off."""
+SOFT_DROP = 0.004
+"""Distance by which the centre of mass of a softened stride is lower on average [m]: with 2 mm,
+legs of the published mean walk are too short for its feet at toe-off; with 8 mm, knees stay bent by
+14° or more (people: 5°)."""
 MIN_TRAVEL = 0.2
 """Maximum speed of a motion on a belt [m/s] and minimum displacement with a direction [m]."""
 
