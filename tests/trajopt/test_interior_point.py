@@ -312,6 +312,25 @@ def test_a_recentred_step_is_the_newton_step_towards_other_products():
             np.testing.assert_allclose(a, b, atol=1e-4)
 
 
+def test_maps_of_equations_alone_are_those_of_all_rows_where_they_are_equations():
+    problem = quadratic(3, periodic=False)
+    limits = limits_of_unknowns(problem)
+    assert limits is not None
+    e = Evaluation(problem, (*problem.rows, limits))
+    rng = np.random.default_rng(4)
+    dx = rng.normal(size=e.t.size)
+    e.linearise(dx)
+    equations = [b.equations for b in e.blocks]
+    assert any(each.any() for each in equations) and not all(each.all() for each in equations)
+    some, every = e.push_forward(dx, equations=True), e.push_forward(dx)
+    for own, a, b in zip(equations, some, every, strict=True):
+        np.testing.assert_array_equal(a[own], b[own])
+    weights = [np.where(own, rng.normal(size=own.shape), 0.0) for own in equations]
+    np.testing.assert_allclose(
+        e.pull_back(weights, equations=True), e.pull_back(weights), atol=1e-12
+    )
+
+
 def test_one_solver_solves_again():
     """Nothing of the first run is left in the second."""
     problem = pendulum()

@@ -96,7 +96,7 @@ class KKTSystem:
             )
         ]
         dx = -solved(self._factor, e.pull_back(pushes) + e.t.smoothness(x)[1])
-        Jdx = e.push_forward(dx)
+        Jdx = e.push_forward(dx, equations=True)
         equations = [b.equations for b in e.blocks]
 
         def residuals() -> list[Array]:
@@ -112,14 +112,16 @@ class KKTSystem:
             missing = residuals()
             if max(float(np.abs(m).max()) for m in missing) < enough:
                 break
-            ddx = -solved(self._factor, e.pull_back([m / delta for m in missing]))
+            pushes = [m / delta for m in missing]
+            ddx = -solved(self._factor, e.pull_back(pushes, equations=True))
             dx = dx + ddx
-            change = e.push_forward(ddx)
+            change = e.push_forward(ddx, equations=True)
             Jdx = [j + d for j, d in zip(Jdx, change, strict=True)]
             dy_eq = [
                 y + np.where(eq, (m + d) / delta, 0.0)
                 for y, eq, m, d in zip(dy_eq, equations, missing, change, strict=True)
             ]
+        Jdx = e.push_forward(dx)
         step = Step(dx, Jdx, [], [], [])
         for s, gap, j, sigma, force, y in zip(
             slacks, gaps, Jdx, self._sigma, forces, dy_eq, strict=True

@@ -13,6 +13,8 @@ from plantigrade.trajopt.transcription.derivatives import derivatives_of
 if TYPE_CHECKING:
     import casadi
 
+EVERY = slice(None)
+
 
 class ConstraintBlock:
     """A family at the nodes where it has a limit or a cost; its arrays are those of these nodes.
@@ -22,6 +24,7 @@ class ConstraintBlock:
         at: Nodes where it matters, in order.
         everywhere: Whether that is all of them.
         bound: Which rows are equations or inequalities.
+        equation_rows: From the first row that is an equation at some node to the last.
         linear: Whether the family is linear in z.
         single: Whether, beyond that, each row depends on one element of z only.
         columns: The elements of z that it depends on.
@@ -42,6 +45,8 @@ class ConstraintBlock:
         self._gain = rows.gain[self.at]
         self.equations, self.inequalities = eq[self.at], ineq[self.at]
         self.bound = self.equations | self.inequalities
+        own = np.flatnonzero(self.equations.any(axis=0))
+        self.equation_rows = slice(int(own[0]), int(own[-1]) + 1) if len(own) else slice(0)
         self._costs = bool(np.any(self.weight) or np.any(self._gain))
         jr, jc = self.derivatives.jacobian_pattern
         self.linear = len(self.derivatives.hessian_pattern[0]) == 0
@@ -70,22 +75,25 @@ class ConstraintBlock:
             column = np.abs(self.J).argmax(axis=2)
             self._only = column, np.take_along_axis(self.J, column[..., None], 2)[..., 0]
 
-    def add_pulled(self, g: Array, w: Array) -> None:
-        """Add J' w to the gradients of all nodes by z."""
+    def add_pulled(self, g: Array, w: Array, rows: slice = EVERY) -> None:
+        """Add J' w to the gradients of all nodes by z; J and w of some rows only."""
         if self.single:
-            column, value = self._only
-            np.add.at(g, (self.at[:, None], self.columns.start + column), w * value)
+            column, value = self._only[0][:, rows], self._only[1][:, rows]
+            np.add.at(g, (self.at[:, None], self.columns.start + column), w[:, rows] * value)
             return
-        nodes = slice(None) if self.everywhere else self.at
-        g[nodes, self.columns] += np.matmul(w[:, None, :], self.J)[:, 0]
+        nodes = EVERY if self.everywhere else self.at
+        g[nodes, self.columns] += np.matmul(w[:, None, rows], self.J[:, rows])[:, 0]
 
-    def pushed(self, dz: Array) -> Array:
-        """Return J dz of changes of z at all nodes."""
+    def pushed(self, dz: Array, rows: slice = EVERY) -> Array:
+        """Return J dz of changes of z at all nodes, zero for all but some rows."""
         near = self.pick(dz)[:, self.columns]
+        out = np.zeros(self.lower.shape)
         if self.single:
-            column, value = self._only
-            return value * np.take_along_axis(near, column, axis=1)
-        return np.matmul(self.J, near[:, :, None])[:, :, 0]
+            column, value = self._only[0][:, rows], self._only[1][:, rows]
+            out[:, rows] = value * np.take_along_axis(near, column, axis=1)
+        else:
+            out[:, rows] = np.matmul(self.J[:, rows], near[:, :, None])[:, :, 0]
+        return out
 
     def add_squares(self, H: Array, at: Array, rows: slice, w: Array) -> None:
         """Add J' diag(w) J of some of the nodes to H, at the places ``at`` of its first axis.
@@ -103,7 +111,7 @@ class ConstraintBlock:
         J = self.J[rows][:, used]  # a copy
         J *= np.sqrt(w[:, used, None])
         block = np.matmul(J.transpose(0, 2, 1), J)
-        H[slice(None) if len(at) == len(H) else at, self.columns, self.columns] += block
+        H[EVERY if len(at) == len(H) else at, self.columns, self.columns] += block
 
     def cost(self, r: Array) -> float:
         """Return the cost of values."""

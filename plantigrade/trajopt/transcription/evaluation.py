@@ -17,10 +17,10 @@ import numpy as np
 from plantigrade.arrays import Array
 from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
 from plantigrade.trajopt.problem.nlp import Problem
-from plantigrade.trajopt.transcription.constraint_block import ConstraintBlock
-from plantigrade.trajopt.transcription.linear_map import NODES_PER_PART, Transcription
+from plantigrade.trajopt.transcription.constraint_block import EVERY, ConstraintBlock
+from plantigrade.trajopt.transcription.linear_map import Transcription
 
-NODES_AT_ONCE = 2 * NODES_PER_PART
+NODES_AT_ONCE = 64
 """Number of nodes whose second derivatives are evaluated at once [1]: as many as vectors of the
 machine take, and all of a periodic walk."""
 
@@ -78,17 +78,17 @@ class Evaluation:
         n = self.t.nv
         return z[:, :n], z[:, n : 2 * n], z[:, 2 * n : 3 * n], z[:, 3 * n :]
 
-    def pull_back(self, weights: Sequence[Array]) -> Array:
-        """Return the sum of J' w over blocks, by x."""
+    def pull_back(self, weights: Sequence[Array], *, equations: bool = False) -> Array:
+        """Return the sum of J' w over blocks, by x; with ``equations`` J and w of these alone."""
         g = np.zeros((self.t.n_nodes, self.t.n_local))
         for b, w in zip(self.blocks, weights, strict=True):
-            b.add_pulled(g, w)
+            b.add_pulled(g, w, b.equation_rows if equations else EVERY)
         return self.t.gradient(g)
 
-    def push_forward(self, dx: Array) -> list[Array]:
-        """Return J dx of every block."""
+    def push_forward(self, dx: Array, *, equations: bool = False) -> list[Array]:
+        """Return J dx of every block; with ``equations`` of these alone, and zero elsewhere."""
         dz = self.t.local_step(dx)
-        return [b.pushed(dz) for b in self.blocks]
+        return [b.pushed(dz, b.equation_rows if equations else EVERY) for b in self.blocks]
 
     def objective(self, x: Array, values: Sequence[Array]) -> float:
         """Return the cost of a point and its rows."""
@@ -124,9 +124,7 @@ class Evaluation:
                     else:
                         H[at - first] += b.derivatives.hessian(*arguments)
                 b.add_squares(H, at - first, rows, w[rows])
-            for nodes in self.t.parts:
-                if first <= nodes.start < stop:
-                    yield nodes, H[nodes.start - first : nodes.stop - first]
+            yield slice(first, stop), H
 
     def squared_violation(self, values: Sequence[Array]) -> float:
         """Return the sum of squared violations."""

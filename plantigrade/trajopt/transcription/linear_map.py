@@ -11,7 +11,9 @@ a band.
 """
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -19,9 +21,19 @@ from scipy import sparse
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.trajopt.problem.nlp import Problem
+from plantigrade.trajopt.transcription.band import Band
 from plantigrade.trajopt.transcription.variables import Smoothness, Variables
 
-NODES_PER_PART = 32  #: Number of nodes assembled at a time [1]
+
+@dataclass(frozen=True, eq=False)
+class _Group:
+    """Variables that a node touches and that lie side by side in the vector."""
+
+    kind: int  # which coefficient of its window they belong to; the size of that for unknowns
+    start: int  # the first variable
+    count: int
+    order: Array | None  # of its coordinates or unknowns, where not all of them as they are
+    sign: Array | None  # of each in that order, where one is negative
 
 
 class Transcription:
@@ -114,41 +126,47 @@ class Transcription:
     ) -> Float[Array, "half_band_1 size"]:
         """Return the Hessian by x of what has Hessian ``H`` by z, and of steps and jerk, as a band.
 
-        Entry (i, j) of its lower triangle is at ``[i - j, j]``.
+        Entry (i, j) of its lower triangle is at ``[i - j, j]``, in memory that the next call uses
+        again.
 
         Args:
-            parts: Nodes of one of :attr:`parts`, and ``H`` there: symmetric, both triangles given.
-                It is used at once, so that all may be in the same array.
+            parts: Some nodes and ``H`` there: symmetric, both triangles given. It is used at once,
+                so that all may be in the same array.
             smooth: Factor of the Hessian of steps and jerk.
         """
-        flat = np.zeros(self._n_band)
-        nv, w, nu = self.nv, self.window.shape[1], self.nu
-        s, L = 3 * nv, w * nv
+        self._band.clear()
         for nodes, H in parts:
-            m = len(H)
-            Bt = np.ascontiguousarray(self.basis[nodes].transpose(0, 2, 1))
-            half = np.matmul(Bt, H[:, :s].reshape(m, 3, nv * (s + nu))).reshape(m, L, s + nu)
-            states = np.ascontiguousarray(
-                half[:, :, :s].reshape(m, L, 3, nv).transpose(0, 2, 1, 3)
-            ).reshape(m, 3, L * nv)
-            every = np.matmul(Bt, states), half[:, :, s:], H[:, s:, s:]
-            values = np.concatenate([x.reshape(m, -1) for x in every], axis=1)
-            start, stop, places, sign = self._places[nodes.start]
-            if sign is not None:
-                values *= sign
-            found = np.bincount(places, weights=values.ravel(), minlength=stop - start + 1)
-            flat[start:stop] += found[:-1]
+            for k, h in zip(range(nodes.start, nodes.stop), H, strict=True):
+                self._add(k, h)
         lower = self._smooth
-        flat[self._offsets(lower.row, lower.col)] += smooth * lower.data
-        return flat.reshape(self.size, self.half_band + 1).T
+        self._band.lower[lower.row - lower.col, lower.col] += smooth * lower.data
+        return self._band.lower
 
-    @property
-    def parts(self) -> list[slice]:
-        """Nodes in parts that fit a processor's cache."""
-        return [
-            slice(k, min(k + NODES_PER_PART, self.n_nodes))
-            for k in range(0, self.n_nodes, NODES_PER_PART)
-        ]
+    def _add(self, k: int, h: Float[Array, "n_local n_local"]) -> None:
+        """Add the Hessian by z at a node to the band."""
+        nv, w = self.nv, self.window.shape[1]
+        s, T = 3 * nv, self._transposed[k]
+        half = (T @ h[:s].reshape(3, -1)).reshape(w * nv, -1)
+        states = half[:, :s].reshape(w * nv, 3, nv).transpose(1, 0, 2).reshape(3, -1)
+        every = (T @ states).reshape(w, w, nv, nv)
+        for into, a, b in self._blocks[k]:
+            if max(a.kind, b.kind) < w:
+                block = every[a.kind, b.kind].T
+            elif b.kind < w:
+                block = half[b.kind * nv : (b.kind + 1) * nv, s:].T
+            elif a.kind < w:
+                block = half[a.kind * nv : (a.kind + 1) * nv, s:]
+            else:
+                block = h[s:, s:]
+            if a.order is not None:
+                block = block[a.order]
+            if b.order is not None:
+                block = block[:, b.order]
+            if a.sign is not None:
+                block = block * a.sign[:, None]
+            if b.sign is not None:
+                block = block * b.sign
+            into += block
 
     def _find_columns(self) -> None:
         """Find the variable, and its sign, of every coefficient that a node touches."""
@@ -172,46 +190,41 @@ class Transcription:
         """The lower triangle of the Hessian of steps and jerk."""
         return sparse.coo_matrix(sparse.tril(self.smoothness.quadratic))
 
-    @property
-    def _n_band(self) -> int:
-        return (self.half_band + 1) * self.size
+    @cached_property
+    def _transposed(self) -> Float[Array, "n_nodes w 3"]:
+        return np.ascontiguousarray(self.basis.transpose(0, 2, 1))
 
     @cached_property
-    def _places(self) -> dict[int, tuple[int, int, Array, Array | None]]:
-        """Where in a band every entry of the blocks of nodes goes, by the first node of a part."""
-        n, nv, w, nu = self.n_nodes, self.nv, self.window.shape[1], self.nu
-        at, sign = self._columns, self._signs
-        states = self._offsets(at.reshape(n, 1, w * nv, 1), at.reshape(n, w, 1, nv))
-        mixed = np.zeros((n, w * nv, nu), int)
-        unknown = np.zeros((n, nu, nu), int)
-        if nu:
-            u = self.variables.u_at
-            i, j = at.reshape(n, -1, 1), u.reshape(n, 1, nu)
-            mixed = self._offsets(np.maximum(i, j), np.minimum(i, j))
-            unknown = self._offsets(u[:, :, None], u[:, None, :])
-        every = [x.reshape(n, -1) for x in (states, mixed, unknown)]
-        places = np.concatenate(every, axis=1)
-        signs = None
-        if (sign < 0).any():
-            both = sign.reshape(n, 1, -1, 1) * sign.reshape(n, w, 1, nv)
-            one = np.broadcast_to(sign.reshape(n, -1, 1), mixed.shape)
-            each = (both, one, np.ones(unknown.shape))
-            signs = np.concatenate([x.reshape(n, -1) for x in each], axis=1)
-        found: dict[int, tuple[int, int, Array, Array | None]] = {}
-        for nodes in self.parts:  # the entries of a part, counted from its first
-            here = places[nodes]
-            inside = here < self._n_band
-            start, stop = int(here[inside].min()), int(here[inside].max()) + 1
-            local = np.where(inside, here - start, stop - start).ravel()
-            sign = None if signs is None else signs[nodes]
-            found[nodes.start] = start, stop, local, sign
+    def _band(self) -> Band:
+        return Band(self.size, self.half_band, max(self.nv, self.nu))
+
+    @cached_property
+    def _blocks(self) -> list[list[tuple[Array, _Group, _Group]]]:
+        """For every node the blocks of the band that its Hessian is added to."""
+        found = []
+        for k in range(self.n_nodes):
+            pairs = product(self._groups(k), repeat=2)
+            found.append([
+                (self._band.block(a.start, b.start, (a.count, b.count)), a, b)
+                for a, b in pairs
+                if a.start >= b.start
+            ])  # fmt: skip
         return found
 
-    def _offsets(self, i: Int[Array, "..."], j: Int[Array, "..."]) -> Int[Array, "..."]:
-        """Return the place of (i, j) in a band laid out column by column, the last for none."""
-        high = self.half_band + 1
-        fine = (i >= j) & (j >= 0) & (i - j < high)
-        return np.where(fine, (i - j) + j * high, self._n_band)
+    def _groups(self, k: int) -> list[_Group]:
+        """Return the variables that a node touches, those side by side in the vector together."""
+        found = []
+        for kind, (at, sign) in enumerate(zip(self._columns[k], self._signs[k], strict=True)):
+            order = np.argsort(at)
+            turned = sign[order] if (sign < 0).any() else None
+            in_order = bool((np.diff(order) == 1).all())
+            found.append(_Group(kind, int(at.min()), len(at), None if in_order else order, turned))
+        free = np.flatnonzero(self.variables.free[k])
+        if len(free):
+            order = None if len(free) == self.nu else free
+            start = int(self.variables.u_at[k, free[0]])
+            found.append(_Group(self.window.shape[1], start, len(free), order, None))
+        return found
 
 
 def _windows(problem: Problem) -> tuple[Int[Array, "n_nodes w"], Float[Array, "n_nodes 3 w"]]:
