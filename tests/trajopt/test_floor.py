@@ -85,6 +85,12 @@ def test_toes_that_cannot_bend_do_not_kneel():
         make_task("get-up", Human.create(1.72, 68.0, joints="42", feet="rigid"))
 
 
+@pytest.mark.parametrize("begin", ["all-fours", "sitting", "lying"])
+def test_hands_without_wrists_do_not_lie_on_the_floor(begin):
+    with pytest.raises(ParameterError, match="no wrists.*joints='43'.*begin='half-kneeling'"):
+        make_task("get-up", Human.create(1.74, 71.0, joints="66"), {"begin": begin})
+
+
 @pytest.mark.solver
 @pytest.mark.parametrize(
     "feet", ["two-segment", pytest.param("multi-segment", marks=pytest.mark.slow)]

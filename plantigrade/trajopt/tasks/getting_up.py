@@ -94,6 +94,7 @@ class _Times:
 
 DURATIONS = {"half-kneeling": 3.0, "all-fours": 6.0, "sitting": 5.0, "lying": 6.0}
 """Duration from a posture on the floor where none is given [s]. Chosen."""
+FROM = {"all-fours": "hands and knees", "sitting": "sitting", "lying": "lying"}
 _HALF_KNEELING = _Times(-1.0, -1.0, -1.0, 0.37, 0.63, 0.80)  # [1] of the duration. Estimate.
 _ALL_FOURS = _Times(0.10, 0.27, 0.40, 0.54, 0.71, 0.86)  # [1] of the duration. Estimate.
 
@@ -104,9 +105,11 @@ def get_up(human: Human, parameters: GetUpSettings) -> MotionTask:
     Toes of a leg that kneels are on the floor.
 
     Raises:
-        ParameterError: If there is too little time, or feet have no toes to kneel on.
+        ParameterError: If there is too little time, feet have no toes to kneel on, or hands no
+            wrists to rest on.
     """
     word("begin", parameters.begin, tuple(DURATIONS))
+    _require_wrists(human, parameters.begin)
     duration = parameters.duration or DURATIONS[parameters.begin]
     lies = LyingOnBack() if parameters.begin == "lying" else None
     if lies is not None or parameters.begin == "sitting":
@@ -133,6 +136,20 @@ def get_up(human: Human, parameters: GetUpSettings) -> MotionTask:
         terms = (*terms, Posture(STRAIGHT, stop=lies.sits * duration))
     guess = Interpolated(times, (start, *postures[1:]))
     return with_supports(MotionTask("get-up", plan, terms, guess), supports)
+
+
+def _require_wrists(human: Human, begin: str) -> None:
+    """Raise for a rise on the palms of hands that do not bend: their fingers would be in the floor.
+
+    Raises:
+        ParameterError: If so.
+    """
+    if begin != "half-kneeling" and "wrist_flex_r" not in human.coordinates:
+        raise ParameterError(
+            f"a skeleton of {human.model.nv} coordinates has no wrists, and its palms cannot lie "
+            f"on the floor, as they do in rising from {FROM[begin]}: take joints='43' or another "
+            "with wrists, or begin='half-kneeling'"
+        )
 
 
 def _without_rhythm(terms: tuple[Term, ...]) -> Iterator[Term]:
