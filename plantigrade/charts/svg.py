@@ -9,6 +9,7 @@ import numpy as np
 SOFT, GRID, INK = "var(--soft, #64707f)", "var(--grid, #e3e7ec)", "var(--fg, #1c2430)"
 TITLE, LETTER = 7.6, 5.6  # mean width of a letter of title and legend [px]
 HATCH = 7  # distance of hatching lines [px]
+MAX_POINTS = 800  # of a curve: one or two for every pixel of a plot
 _FONT = 'font-family="system-ui, sans-serif"'
 
 
@@ -48,10 +49,10 @@ def linear_scale(a0: float, a1: float, b0: float, b1: float):
 
 
 def path_data(x, y) -> str:
-    """Return SVG path data; NaN lifts the pen. Long curves are thinned to 800 points."""
+    """Return SVG path data; NaN lifts the pen. Long curves are thinned to :data:`MAX_POINTS`."""
     x, y = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-    if len(x) > 1600:
-        step = -(-len(x) // 800)
+    if len(x) > MAX_POINTS:
+        step = -(-len(x) // MAX_POINTS)
         x, y = x[::step], y[::step]
     text, pen = [], False
     for a, b in zip(x.tolist(), y.tolist(), strict=True):

@@ -1,9 +1,9 @@
 """Generate a motion from a task, or a dynamically consistent one from a recording."""
 
 import glob
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from itertools import takewhile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -19,7 +19,6 @@ from plantigrade.commands.progress import Progress, SolverProgress
 from plantigrade.errors import ParameterError, known_names
 from plantigrade.options import Flag, optional, refuse_unknown
 from plantigrade.trajopt.tasks.settings import TASKS
-from plantigrade.trajopt.tasks.task_settings import TaskSettings
 from plantigrade.workflows.settings import PAPER, TRACK, PaperSettings, SolveSettings, TrackSettings
 
 if TYPE_CHECKING:
@@ -264,19 +263,34 @@ class Files(SolveSettings, Command):
         return self._several()
 
 
-def _subcommand(name: str, kind: type[TaskSettings]) -> type:
+@cache
+def _subcommand(name: str) -> type:
     """Return the command of a task: its own options, then those of all tasks."""
+    if name in (TRACK, PAPER):
+        return Track if name == TRACK else Paper
+    kind = TASKS[name]
     own = {"__doc__": kind.__doc__, "__module__": __name__}
     own |= {"word": name, "option_kinds": (kind, SolveSettings)}
     return dataclass(frozen=True, kw_only=True)(type(kind.__name__, (_Task, kind), own))
 
 
-SUBCOMMANDS: dict[str, type] = {
-    **{name: _subcommand(name, kind) for name, kind in TASKS.items()},
-    TRACK: Track,
-    PAPER: Paper,
-}
-"""Name of a task → its command."""
+class _Subcommands(Mapping[str, type]):
+    """Name of a task → its command, made when it is asked for: that takes milliseconds each."""
+
+    def __getitem__(self, name: str) -> type:
+        """Return the command of a task."""
+        return _subcommand(name)
+
+    def __iter__(self) -> Iterator[str]:
+        """Return the names of all tasks, in the order of the help page."""
+        return iter((*TASKS, TRACK, PAPER))
+
+    def __len__(self) -> int:
+        """Return the number of tasks."""
+        return len(TASKS) + 2
+
+
+SUBCOMMANDS = _Subcommands()
 
 
 def parse(words: Sequence[str]) -> Any:

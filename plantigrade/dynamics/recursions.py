@@ -21,7 +21,7 @@ operations per vector, an oblique axis fifteen. CasADi drops products with zero 
 built; ``casadi.cse`` merges common subexpressions of several functions.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,6 +68,14 @@ class LinkTree:
         self.human, self.links = human, links_of(human.model)
         self.nv, self.gravity = human.model.nv, gravity
         self.mass = float(human.model.body_mass[1:].sum())
+        self._kept: dict[str, tuple[tuple[Any, ...], Any]] = {}
+
+    def _once(self, name: str, given: tuple[Any, ...], make: Callable[[], Any]) -> Any:
+        """Return what was made from the same expressions before: functions of a body share much."""
+        before = self._kept.get(name, ((), None))[0]
+        if len(before) != len(given) or any(a is not b for a, b in zip(before, given, strict=True)):
+            self._kept[name] = given, make()
+        return self._kept[name][1]
 
     def translation(self, ca: Any, q: Any):
         """Return the pelvis' origin, or its derivative for a derivative of q; world."""
@@ -75,19 +83,22 @@ class LinkTree:
 
     def turns(self, ca: Any, q: Any) -> list[list[Any]]:
         """Return for every hinge of every link the rotation to the preceding axes."""
-        return [[_turn(ca, axis, q[i]) for i, axis in link.hinges] for link in self.links]
+        return self._once(
+            "turns",
+            (q,),
+            lambda: [[_turn(ca, axis, q[i]) for i, axis in link.hinges] for link in self.links],
+        )
 
     def frames(
         self, ca: Any, q: Any, turns: list[list[Any]], links: Any
     ) -> tuple[dict[int, Any], dict[int, Any]]:
-        """Return rotations to world axes and origins of the given links and their ancestors."""
-        rotation: dict[int, Any] = {}
-        position: dict[int, Any] = {}
+        """Return rotations to world axes and origins of links, the given and their ancestors."""
+        rotation, position = self._once("frames", (q, turns), lambda: ({}, {}))
         needed = set(links)
         for i in reversed(range(len(self.links))):
             if i in needed and self.links[i].parent >= 0:
                 needed.add(self.links[i].parent)
-        for i in sorted(needed):
+        for i in sorted(needed - set(rotation)):
             link = self.links[i]
             if link.parent < 0:
                 R, p = ca.SX.eye(3), self.translation(ca, q)
@@ -129,8 +140,17 @@ class LinkTree:
         gravity: Array | None = None,
     ) -> LinkMotion:
         """Return the motion of every link; accelerations are valid only with qdd."""
+        if qdd is None and gravity is None:
+            still = ca.SX(self.nv, 1)
+            return self._once(
+                "motion", (turns, qd), lambda: self._outward(ca, turns, qd, still, None)
+            )
+        return self._outward(ca, turns, qd, qdd, gravity)
+
+    def _outward(
+        self, ca: Any, turns: list[list[Any]], qd: Any, qdd: Any, gravity: Array | None
+    ) -> LinkMotion:
         state = LinkMotion([], [], [], [], [])
-        qdd = ca.SX(self.nv, 1) if qdd is None else qdd
         for k, link in enumerate(self.links):
             if link.parent < 0:
                 omega, alpha = ca.SX.zeros(3), ca.SX.zeros(3)
@@ -183,6 +203,9 @@ class LinkTree:
 
     def arm(self, ca: Any, turns: list[list[Any]]):
         """Return the centre of mass relative to the pelvis' origin, world axes."""
+        return self._once("arm", (turns,), lambda: self._arm(ca, turns))
+
+    def _arm(self, ca: Any, turns: list[list[Any]]):
         first: list[Any] = [sparse(ca, link.first) for link in self.links]
         subtree_mass = [link.mass for link in self.links]
         for k in reversed(range(len(self.links))):

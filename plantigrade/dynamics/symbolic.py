@@ -74,6 +74,7 @@ class SymbolicHuman:
         self.gravity = np.array(model.opt.gravity if gravity is None else gravity, dtype=float)
         self._tree = LinkTree(human, self.gravity)
         self._functions: dict[tuple, Any] = {}
+        self._symbols: dict[str, Any] = {}
 
     def from_mujoco(
         self,
@@ -238,12 +239,17 @@ class SymbolicHuman:
         if (name, *key) not in self._functions:
             for point in points:
                 self.human.body(point.body)  # raises for an unknown body
-            symbols = [
-                ca.SX.sym(i, 3, len(points)) if i == "forces" else ca.SX.sym(i, self.nv)
-                for i in inputs
-            ]
+            symbols = [self._symbol(ca, i, len(points)) for i in inputs]
             outputs = build(ca, *symbols)
             self._functions[(name, *key)] = ca.Function(
                 name, symbols, list(outputs.values()), list(inputs), list(outputs)
             )
         return self._functions[(name, *key)]
+
+    def _symbol(self, ca: Any, name: str, n_points: int) -> Any:
+        """Return an input; coordinates and rates are the same symbols in all functions."""
+        if name == "forces":
+            return ca.SX.sym(name, 3, n_points)
+        if name not in self._symbols:
+            self._symbols[name] = ca.SX.sym(name, self.nv)
+        return self._symbols[name]

@@ -5,6 +5,8 @@ number of points. The points control a quadratic B-spline: one command of path d
 motion, outlines begin at corresponding points, so that a browser can interpolate them.
 """
 
+from functools import cache
+
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
@@ -39,6 +41,9 @@ def silhouettes(
         points: Projected vertices in every frame [m].
         grain: Step of the grid [m].
     """
+    moved = np.r_[True, (points[1:] != points[:-1]).any(axis=(1, 2))]
+    if not moved.all():  # what rests has the outline of the frame before
+        return silhouettes(points[moved], faces, count, grain)[np.cumsum(moved) - 1]
     masks, low = _filled(points, faces, grain)
     values = gaussian_filter(masks.astype(np.float32), (0.0, 1.0, 1.0)) - BORDER_LEVEL
     found = []
@@ -81,25 +86,31 @@ def _filled(
 ) -> tuple[Array, Array]:
     """Return masks of triangles, ``(n, rows, columns)``, and the places of their first cells."""
     low = points.min(axis=1) - MARGIN * grain
-    cells = (points - low[:, None]) / grain
+    # Which cell a point fills takes no more than single precision, and the points are many.
+    cells = ((points - low[:, None]) / grain).astype(np.float32)
     columns, rows = np.ceil(cells.max(axis=(0, 1))).astype(int) + MARGIN + 1
     x, y = (cells[:, faces, axis] for axis in range(2))
     ahead = [each[..., 1:] - each[..., :1] for each in (x, y)]
     front = ahead[0][..., 0] * ahead[1][..., 1] <= ahead[1][..., 0] * ahead[0][..., 1]
-    # The others face away, and these lie before them. Which cell a point fills takes no more than
-    # single precision, and the points are many.
-    x, y = x[front].astype(np.float32), y[front].astype(np.float32)
+    x, y = x[front], y[front]  # the others face away, and these lie before them
     first = np.nonzero(front)[0] * (rows * columns)
-    sides = np.maximum(np.ptp(x, axis=1), np.ptp(y, axis=1)) * np.sqrt(2.0)
+    wide, high = (each.max(axis=1) - each.min(axis=1) for each in (x, y))
+    sides = np.maximum(wide, high) * np.float32(np.sqrt(2.0))
     parts = (2 ** np.ceil(np.log2(np.maximum(1.0, sides / FILL_STEP)))).astype(int)
     masks = np.zeros(len(points) * rows * columns, dtype=bool)
     for k in np.unique(parts):  # a few sizes: triangles of one size are filled together
-        i, j = np.triu_indices(k + 1)
-        shares = np.stack([i, j - i, k - j]).astype(np.float32) / np.float32(k)
+        shares = _shares(int(k))
         own = parts == k
         column, row = (np.rint(each[own] @ shares).astype(np.int32) for each in (x, y))
         masks[first[own, None] + (row * np.int32(columns) + column)] = True
     return masks.reshape(len(points), rows, columns), low
+
+
+@cache
+def _shares(k: int) -> Float[Array, "3 n"]:
+    """Return the shares of corners in points that divide each side of a triangle into k parts."""
+    i, j = np.triu_indices(k + 1)
+    return np.stack([i, j - i, k - j]).astype(np.float32) / np.float32(k)
 
 
 def _borders(values: Float[Array, "rows columns"]) -> list[Float[Array, "n 2"]]:

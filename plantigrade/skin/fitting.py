@@ -8,6 +8,7 @@ follows heel, ankle, balls and toes. A vertex is the weighted mean of the maps o
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -60,8 +61,15 @@ class RestingSkin:
 
     vertices: Float[Array, "n 3"]  #: Its vertices, pelvis frame [m]
     position: Float[Array, "n_bones 3"]  #: Origin of every bone in it [m]
-    #: Orientation of every bone in it, in that of the zero pose
-    rotation: Float[Array, "n_bones 3 3"]
+    turns: Float[Array, "n_bones 3 3"]  #: Orientation of bones in it, in that of the zero pose
+    recipes: tuple[
+        tuple[int, int, int, int], ...
+    ]  #: How those between two bones are made from them
+
+    @cached_property
+    def rotation(self) -> Float[Array, "n_bones 3 3"]:
+        """Orientation of every bone in it, in that of the zero pose."""
+        return completed(self.turns, self.recipes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,16 +142,15 @@ def resting_skin(
         parts = {**_arm(shape, mirrored, trunk), **_leg(shape, mirrored)}
         placed |= {name + side: pose for name, pose in parts.items()}
     poses = [placed[name] for name in surface.bone_names]
-    rotation = completed(np.array([turn for _, turn, _ in poses]), bones.resting_recipes)
-    every: dict[int, Array] = {}
-    for _, _, mapping in poses:  # bones share their maps
-        if id(mapping) not in every:
-            every[id(mapping)] = mapping(vertices)
-    mapped = np.stack([every[id(mapping)] for _, _, mapping in poses])
+    places, turns = (np.array([pose[k] for pose in poses]) for k in range(2))
+    maps = {id(mapping): mapping for _, _, mapping in poses}  # bones share them
+    number = {each: k for k, each in enumerate(maps)}
+    mapped = np.stack([mapping(vertices) for mapping in maps.values()])
+    own = np.array([number[id(mapping)] for _, _, mapping in poses])[surface.bones]
     rows = np.arange(len(vertices))[:, None]
-    fitted = np.einsum("nk,nkd->nd", surface.weights, mapped[surface.bones, rows])
+    fitted = np.einsum("nk,nkd->nd", surface.weights, mapped[own, rows])
     fitted = _beside_arms(fitted, surface, placed)
-    return RestingSkin(fitted, np.array([place for place, _, _ in poses]), rotation)
+    return RestingSkin(fitted, places, turns, bones.resting_recipes)
 
 
 def _beside_arms(vertices: Array, surface: Surface, placed: Mapping[str, tuple]) -> Array:

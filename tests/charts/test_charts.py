@@ -19,7 +19,7 @@ from plantigrade.charts import (
     path_plot,
     timeline_plot,
 )
-from plantigrade.charts.svg import ticks_of
+from plantigrade.charts.svg import path_data, ticks_of
 from plantigrade.errors import FileError
 
 LABELS = {"title": "t", "x_label": "x", "y_label": "y"}
@@ -35,6 +35,16 @@ def test_a_plot_without_data_is_still_a_drawing():
     svg = line_plot([Series(np.arange(5.0), np.full(5, np.nan))], **LABELS)
     ElementTree.fromstring(svg)
     assert "nan" not in svg.lower().replace("sans", "")
+
+
+@pytest.mark.parametrize("count", [800, 801, 5000])
+def test_long_curves_have_at_most_800_points(count):
+    x = np.linspace(0.0, 300.0, count)
+    drawn = path_data(x, np.sin(x))
+    points = np.array(re.findall(r"[ML](\S+) ([^ML]+)", drawn), dtype=float)
+    assert 400 <= len(points) <= 800
+    np.testing.assert_allclose(points[:, 1], np.sin(points[:, 0]), atol=0.11)  # rounded to 0.1
+    assert points[-1, 0] > 299.0
 
 
 def test_words_from_outside_are_escaped():

@@ -238,3 +238,23 @@ def test_what_is_refused():
 def test_casadi_loads_when_it_is_needed_only():
     code = "import sys, plantigrade.dynamics.symbolic; assert 'casadi' not in sys.modules"
     subprocess.run([sys.executable, "-c", code], check=True)
+
+
+@pytest.mark.parametrize("joints, feet", BODIES[:3])
+def test_functions_of_a_body_do_not_depend_on_which_was_made_first(joints, feet):
+    """They share expressions."""
+    case = Case(person(joints, feet))
+    makers = (
+        lambda body: body.positions(case.points)(case.q),
+        lambda body: body.velocities(case.points[3:])(case.q, case.qd),
+        lambda body: body.com()(case.q),
+        lambda body: body.momentum()(case.q, case.qd)[1],
+        lambda body: body.angular_velocities()(case.q, case.qd),
+        lambda body: body.inverse_dynamics(case.points)(*case.state, case.forces),
+        lambda body: body.frames()(case.q)[1],
+    )
+    one, other = SymbolicHuman(case.human), SymbolicHuman(case.human)
+    forward = [np.array(make(one)) for make in makers]
+    backward = [np.array(make(other)) for make in reversed(makers)]
+    for a, b in zip(forward, reversed(backward), strict=True):
+        np.testing.assert_array_equal(a, b)

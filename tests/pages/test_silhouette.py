@@ -47,6 +47,14 @@ def test_the_spline_of_an_ellipse_has_its_extent_and_its_area():
     assert area == pytest.approx(np.pi * 0.10 * 0.05, rel=0.05)
 
 
+def test_what_rests_for_a_while_has_one_outline():
+    points, faces = disc((0.10, 0.05))
+    moving = np.array([points, points + 0.02, points * 1.2])
+    rests = [0, 0, 1, 2, 2, 2]
+    expected = silhouettes(moving, faces, 20, GRAIN)[rests]
+    np.testing.assert_array_equal(silhouettes(moving[rests], faces, 20, GRAIN), expected)
+
+
 def test_smooth_commands_end_where_they_began():
     """The control of each command is the mirror image of the last: errors would add up."""
     points, faces = disc((0.10, 0.05))

@@ -13,6 +13,7 @@ from plantigrade.side_names import split_side
 from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
 from plantigrade.trajopt.problem.nlp import Problem
 from plantigrade.trajopt.solvers.result import Multipliers
+from plantigrade.trajopt.transcription.derivatives import derivatives_of
 
 TOLERANCE = 1e-4  #: Excess of a limit above which a row is violated, in its own unit [1]
 
@@ -163,8 +164,7 @@ def values(
     u: Float[Array, "n_nodes n_unknowns"],
 ) -> Float[Array, "n_nodes n_rows"]:
     """Return rows at all nodes."""
-    arguments = [np.ascontiguousarray(x.T) for x in (q, v, a, u, rows.parameters)]
-    return np.array(rows.function.map(len(q))(*arguments)).T
+    return derivatives_of(rows.function).values(q, v, a, u, rows.parameters)
 
 
 def _worst(
