@@ -8,6 +8,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from plantigrade.arrays import Array, Float
 from plantigrade.constants import MAX_LOAD, SIDES
 from plantigrade.errors import ParameterError, known_names
 from plantigrade.models.parts import Inertia, block, combine
@@ -53,8 +54,20 @@ def loaded(skeleton: Skeleton, loads: Mapping[str, float], height: float) -> dic
     found = {b.name: b.inertia for b in skeleton.bodies}
     changed = {}
     for place, mass in loads.items():
-        part, centre, half = PLACES[place]
-        body, origin = skeleton.parts[part]
-        at = origin + np.array(centre) * (height / REFERENCE_HEIGHT)
-        found[body] = changed[body] = combine([found[body], block(mass, at, np.array(half))])
+        body, at, half = load_box(skeleton, place, height)
+        found[body] = changed[body] = combine([found[body], block(mass, at, half)])
     return changed
+
+
+def load_box(
+    skeleton: Skeleton, place: str, height: float
+) -> tuple[str, Float[Array, " 3"], Float[Array, " 3"]]:
+    """Return the body that carries a load, and centre and half sizes of its box there [m].
+
+    Args:
+        place: One of :data:`PLACES`.
+        height: Stature [m].
+    """
+    part, centre, half = PLACES[place]
+    body, origin = skeleton.parts[part]
+    return body, origin + np.array(centre) * (height / REFERENCE_HEIGHT), np.array(half)

@@ -39,6 +39,22 @@ def test_flights_last_longer_where_gravity_is_small():
     assert up[1] / up[0] == pytest.approx(np.sqrt(1 / 0.165))
 
 
+@pytest.mark.parametrize("gravity", [0.165, 0.5, 1.3])
+def test_runners_leave_the_ground_with_a_speed_as_the_root_of_gravity(gravity):
+    """The contact lasts as long [Polet2018]_ [Cavagna2005]_; a cadence that is given is kept."""
+    there = HUMAN.with_gravity(gravity * GRAVITY)
+    earth, other = (make_task("run", human, {"speed": 2.5}).plan for human in (HUMAN, there))
+    contact = [plan.stances[0].toe_off for plan in (earth, other)]
+    rise = [
+        0.5 * human.gravity * (plan.duration - plan.stances[0].toe_off)
+        for human, plan in ((HUMAN, earth), (there, other))
+    ]
+    assert contact[0] == pytest.approx(contact[1])
+    assert rise[1] / rise[0] == pytest.approx(np.sqrt(gravity))
+    asked = make_task("run", there, {"speed": 2.5, "cadence": 160.0}).plan
+    assert 60.0 / asked.duration == pytest.approx(160.0)
+
+
 def test_steps_of_light_people_are_those_measured():
     """At a quarter of gravity 16 % shorter at one speed [Donelan1997]_."""
     earth, light = (

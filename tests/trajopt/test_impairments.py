@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -132,6 +133,23 @@ def test_a_load_is_carried_and_one_in_one_hand_makes_a_whole_stride():
     assert both.words == ["load back 15 kg", "load hands 4 kg"]
     walk = make_task("walk", HUMAN, {"periodic": True})
     assert both.task(HUMAN, walk).plan.mirrored and not one.task(HUMAN, walk).plan.mirrored
+
+
+@pytest.mark.slow
+@pytest.mark.solver
+def test_a_bag_in_one_hand_hangs_beside_the_thigh():
+    """The motion passes the check; the hand was led through both thighs before."""
+    run = pg.synthesize("walk", periodic=True, load=("hand_r=10",))
+    assert pg.check(run).ok
+    human, hands = run.record.human, []
+    for q in run.record.motion.qpos:
+        data = mujoco.MjData(human.model)
+        data.qpos[:] = q
+        mujoco.mj_kinematics(human.model, data)
+        hips, hand = (data.body(name).xpos for name in ("femur_r", "hand_r"))
+        left = data.body("pelvis").xmat.reshape(3, 3)[:, 1]
+        hands.append(float((hips - hand) @ left))
+    assert min(hands) > 0.08  # [m] to the side of the hip joint
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import pytest
 
 from plantigrade.contact.plan import ContactPlan, path_heading
 from plantigrade.models import Human
+from plantigrade.models.loads import load_box
 from plantigrade.trajopt import ContactBody, ProblemBuilder, make_task
 from plantigrade.trajopt.diagnose.violations import values
 from plantigrade.trajopt.guess.postures import (
@@ -17,6 +18,7 @@ from plantigrade.trajopt.guess.postures import (
 )
 from plantigrade.trajopt.problem.contact import soles_of
 from plantigrade.trajopt.terms.contact import Contact
+from plantigrade.trajopt.terms.limb_shapes import leg_rods
 from plantigrade.trajopt.terms.limits import Limits
 from plantigrade.trajopt.terms.momentum import AngularMomentum
 from plantigrade.trajopt.terms.solid import (
@@ -84,6 +86,45 @@ def test_limbs_that_the_rows_keep_apart_are_apart(feet):
         assert kept.sum() > 10
         assert distance[kept].min() > -0.001  # what the row keeps apart is apart
         assert np.median((distance - row)[kept]) < 0.025  # and not much more than it must
+
+
+@pytest.mark.parametrize("other", [False, True])
+def test_a_load_in_a_hand_keeps_its_half_size_from_both_thighs(other):
+    """Without that row a walker swung a bag of 10 kg through both thighs."""
+    empty = Human.create(1.74, 71.0, joints="43", feet="two-segment")
+    laden = empty.with_loads({"hand_r": 10.0})
+    given = [ContactBody(human, ()) for human in (empty, laden)]
+    names = given[0].symbolic.names
+    q = np.zeros((1, len(names)))
+    if other:  # across, in front of the body
+        q[0, names.index("arm_flex_r")], q[0, names.index("arm_add_r")] = 0.5, 0.6
+    zero, none = np.zeros_like(q), np.zeros((1, 0))
+    free, kept = (values(arms(b, 1), q, zero, zero, none)[0, 0] / ROW_SCALE for b in given)
+    data = mujoco.MjData(laden.model)
+    data.qpos[:] = given[1].symbolic.to_mujoco(q, zero, zero)[0][0]
+    mujoco.mj_kinematics(laden.model, data)
+    body, centre, half = load_box(laden.skeleton, "hand_r", laden.height)
+    place = data.body(body).xpos + data.body(body).xmat.reshape(3, 3) @ centre
+    distance = []
+    for side in "rl":
+        g = next(
+            g
+            for g in range(laden.model.ngeom)
+            if laden.model.geom_group[g] == 1
+            and laden.model.body(int(laden.model.geom_bodyid[g])).name == f"femur_{side}"
+        )
+        along, length = data.geom_xmat[g].reshape(3, 3)[:, 2], laden.model.geom_size[g, 1]
+        off = place - data.geom_xpos[g]
+        off = off - np.clip(off @ along, -length, length) * along
+        distance.append(np.linalg.norm(off) - laden.model.geom_size[g, 0] - half.min())
+    assert kept < min(free, *distance) + 1e-3
+    assert kept == pytest.approx(min(free, *distance), abs=0.01)
+    beside = arms(given[1], 1, loads_beside=True)
+    (row,) = values(beside, q, zero, zero, none)[:, 0] / ROW_SCALE
+    hip, thigh = data.body("femur_r").xpos, leg_rods(laden, "r")[0].radius
+    outward = -data.body("pelvis").xmat.reshape(3, 3)[:, 1]
+    aside = (place - hip) @ outward - half.min() - thigh
+    assert row == pytest.approx(min(kept, aside), abs=0.005)
 
 
 def test_forearms_and_hands_that_the_row_keeps_apart_are_apart():

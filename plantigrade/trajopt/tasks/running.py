@@ -3,7 +3,10 @@ r"""Running as a task: periodic and straight, with flight between the steps.
 Half a stride is solved, from the strike of the right foot to that of the left: one stance, then
 flight. Lengths and times follow from the speed :math:`v`, by laws fitted to what is published of
 runners on treadmills (*estimates*; 160 to 180 steps/min and contacts of 0.33 to 0.2 s from 2 to
-5 m/s [Hamner2013]_); times are in proportion to the square root of the leg length.
+5 m/s [Hamner2013]_); times are in proportion to the square root of the leg length. Where gravity is
+another one, the contact lasts as long and the flight as the root of its inverse: the vertical
+speed of runners at take-off is as the root of gravity, from the earth's down to the moon's
+[Polet2018]_, and at 1.3 g steps are shorter by the flight alone [Cavagna2005]_.
 
 The cost is that of walking (:mod:`plantigrade.trajopt.tasks.walking`) with other weights: those of
 ankle and knee are smaller, because tendons return a part of their work, and jerk is cheaper,
@@ -18,6 +21,7 @@ contains no recording.
 import numpy as np
 
 from plantigrade.bounds import number
+from plantigrade.constants import GRAVITY
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.models import Human
 from plantigrade.trajopt.guess.walk import crude_guess
@@ -88,6 +92,9 @@ def running_plan(human: Human, parameters: RunSettings) -> ContactPlan:
     contact = (CONTACT_TIME + CONTACT_SLOPE * (speed - REFERENCE_SPEED)) * slower
     most = (1.0 - MIN_FLIGHT_SHARE) * step
     contact = min(contact, most)
+    if parameters.cadence is None:
+        step = contact + (step - contact) * float(np.sqrt(GRAVITY / human.gravity))
+        most = (1.0 - MIN_FLIGHT_SHARE) * step
     if parameters.contact_time is not None:
         contact = parameters.contact_time
         number("contact_time", contact, 0.0, most, "s", f"running at {60.0 / step:.0f} steps/min")
@@ -114,7 +121,7 @@ def flying_terms(step_time: float, contact_time: float) -> tuple[Term, ...]:
         Dynamics(),
         Contact(used=USED_FRICTION, soft_landing=False),
         Limits(speed=MAX_JOINT_SPEED),
-        SolidLimbs(LEG_DISTANCE, ground=np.inf),
+        SolidLimbs(LEG_DISTANCE, ground=np.inf, loads_beside=True),
         Torque(1.0, TORQUE_WEIGHTS),
         Work(WORK_WEIGHT),
         Jerk(JERK_WEIGHT * step_time**6, by_inertia=True),

@@ -122,7 +122,8 @@ def walking_terms(step_time: float, slope: float = 0.0) -> tuple[Term, ...]:
         Contact(used=USED_FRICTION + abs(float(np.tan(slope)))),
         Clearance(CLEARANCE),
         Limits(),
-        SolidLimbs(MIN_LEG_DISTANCE, ground=np.inf),  # the hands of a walker are far above it
+        # The hands of a walker are far above the ground.
+        SolidLimbs(MIN_LEG_DISTANCE, ground=np.inf, loads_beside=True),
         Torque(1.0, torques),
         Endurance(weights.ankle_endurance),
         Work(weights.work),

@@ -8,6 +8,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.models import Human
+from plantigrade.models.loads import load_box
 from plantigrade.models.parts import Solid
 
 # [1] radius of a rod relative to half the height of a box whose edge it covers
@@ -86,6 +87,15 @@ def arm_spheres(human: Human, side: str, *, corners: bool = False) -> list[Rod]:
                 place = solid.a + np.array([0.0, y * (half[1] - thick), thick - half[2]])
                 out.append(Rod(name, place, place, thick))
     return out
+
+
+def load_spheres(human: Human, side: str) -> list[Rod]:
+    """Return the sphere within a load that hangs in a hand; nothing in an empty one."""
+    place = f"hand_{side}"
+    if not human.loads.get(place, 0.0):
+        return []
+    body, centre, half = load_box(human.skeleton, place, human.height)
+    return [Rod(body, centre, centre, float(min(half)))]
 
 
 def free_arm_rods(human: Human, side: str) -> list[Rod]:

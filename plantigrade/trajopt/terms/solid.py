@@ -37,6 +37,7 @@ from plantigrade.trajopt.terms.limb_shapes import (
     arm_spheres,
     free_arm_rods,
     leg_rods,
+    load_spheres,
     sphere_count,
 )
 from plantigrade.trajopt.terms.term import Spaced, Term
@@ -78,6 +79,10 @@ class SolidLimbs(Term):
     #: sits on the ground come near
     shoulders: bool = False
 
+    #: Whether a load in a hand hangs beside the thigh, as people who walk carry it: kept off both
+    #: thighs alone, it is led behind the back, where it needs no lean of the trunk
+    loads_beside: bool = False
+
     def spaced(self, plan: ContactPlan) -> tuple[Spaced, ...]:
         """Return when a swinging foot passes the other leg: that must not happen between nodes.
 
@@ -103,7 +108,8 @@ class SolidLimbs(Term):
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit the rows."""
         near = self.arms * b.body.human.height / REFERENCE_HEIGHT
-        n, near_to = len(b.nodes), (self.opposite_thighs, self.shanks, self.shoulders)
+        n = len(b.nodes)
+        near_to = self.opposite_thighs, self.shanks, self.shoulders, self.loads_beside
         for family, margin in (
             (legs(b.body, n), self.margin), (arms(b.body, n, *near_to), near),
         ):  # fmt: skip
@@ -147,11 +153,13 @@ def arms(
     opposite_thighs: bool = False,
     shanks: bool = False,
     shoulders: bool = False,
+    loads_beside: bool = False,
 ) -> ConstraintFamily:
     """Return how far arms are from trunk, head, legs and each other, thighs from the trunk."""
     human = body.human
     family = ARMS + " and both thighs" * opposite_thighs + " and shanks" * shanks
-    family += " and shoulders" * shoulders
+    loads_beside = loads_beside and any(load_spheres(human, side) for side in SIDES)
+    family += " and shoulders" * shoulders + " with loads beside" * loads_beside
 
     def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
         at = _Placed(ca, body, q)
@@ -159,12 +167,15 @@ def arms(
         trunk = [(b.name, s) for b in human.skeleton.bodies for s in b.solids
                  if s.kind == "ellipsoid"]  # fmt: skip
         for side in SIDES:
-            near = SIDES if opposite_thighs else (side,)
+            load = load_spheres(human, side)
+            near = SIDES if opposite_thighs or load else (side,)
             legs, d = [leg_rods(human, each)[0] for each in near], []
             legs += [leg_rods(human, each)[1] for each in SIDES] if shanks else []
-            for x in arm_spheres(human, side):
+            for x in (*arm_spheres(human, side), *load):
                 d += [at.apart(x, leg) for leg in legs]
                 d += [at.distance(x, name, solid) for name, solid in trunk]
+            own = leg_rods(human, side)[0]
+            d += [at.beside(x, own, side) for x in load if loads_beside]
             rows.append(ROW_SCALE * _least(ca, d))
         right, left = (free_arm_rods(human, side) for side in SIDES)
         spheres = [x for rod in right for x in rod.points(sphere_count(human, rod))]
@@ -234,6 +245,12 @@ class _Placed:
         part = ca.fmin(ca.fmax(ca.dot(off, way), 0), 1) * length
         off = off - part * way
         return ca.sqrt(ca.dot(off, off) + ROUNDING_LENGTH**2) - (x.radius + rod.radius)
+
+    def beside(self, x: Rod, thigh: Rod, side: str) -> Any:
+        """Return how far a sphere is to the side of a thigh that hangs straight down [m]."""
+        outward = -1.0 if side == "r" else 1.0
+        off = self._at(x.body, x.a) - self._at(thigh.body, thigh.a)
+        return outward * off[1] - (x.radius + thigh.radius)
 
     def distance(self, x: Rod, body: str, solid: Solid) -> Any:
         """Return about how far a sphere is from an ellipsoid [m]."""
