@@ -10,21 +10,21 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from experiments.altered_people import torque_limits
 from experiments.cached_results import CachedResults, Cases, Result
-from experiments.guest import Guest, PushedGuest
 from experiments.human_pushes import N_PUSHES, people_cases, people_rows, pushed_summary
+from experiments.last_pushed import pushed_at
 from experiments.push_limits import PushTest, directions, push_limit
+from experiments.push_shares import push_summary, share_cases, share_rows
 from experiments.push_table import polar
 from experiments.specification import Specification, default_summary, gap_remarks
 from experiments.standing import Standing, is_standing
 from experiments.table import Grid, Row, at_least, at_most
-from experiments.walk_trial import WATCH_TIME, PushedWalk
-from experiments.walkers import Walker, guest_named
+from experiments.walk_trial import WATCH_TIME
+from experiments.walkers import guest_named
 from experiments.walking import CONTROLLERS, HEIGHT, MASS, person, runs, walking
 from plantigrade.charts import path_plot
 from plantigrade.charts.figure import grid
@@ -101,7 +101,7 @@ def limit(
     if guest is not None and strength != 1.0:
         raise ParameterError(f"{controller}: the part 'stronger' is for persons alone")
     one = guest or walking(controller, data, HEIGHT, MASS, strength)
-    pushed = _pushed(one, phase)
+    pushed = pushed_at(one, phase)
     feet: dict[float, bool] = {}
     impacts: dict[float, float] = {}
 
@@ -124,17 +124,6 @@ def limit(
         "mass": pushed.mass,
         "speed": pushed.speed,
     }
-
-
-_LAST_PUSHED: list[tuple[Any, float, PushedWalk | PushedGuest]] = []
-"""The walk up to the phase that was pushed last; a direction after the other begins there."""
-
-
-def _pushed(one: Walker | Callable[[], Guest], phase: float) -> PushedWalk | PushedGuest:
-    if not _LAST_PUSHED or _LAST_PUSHED[0][0] is not one or _LAST_PUSHED[0][1] != phase:
-        pushed = PushedWalk(one, phase) if isinstance(one, Walker) else PushedGuest(one, phase)
-        _LAST_PUSHED[:] = [(one, phase, pushed)]
-    return _LAST_PUSHED[0][2]
 
 
 def standing(degrees: float, step: float) -> Result:
@@ -281,6 +270,7 @@ def rows(cached: CachedResults) -> Iterator[Row]:
         yield Row("standing with steps", "worst", float(min(own)), "N")
         yield Row("standing with steps", "best", float(max(own)), "N")
         yield from _by_body("standing with steps", middle, FORCE_DURATION, MASS)
+    yield from share_rows(cached, MIN_MEDIAN_LIMIT, MAX_IMPACT_PUSH, MAX_IMPACT)
     yield from people_rows(cached)
 
 
@@ -329,6 +319,13 @@ def pictures(cached: CachedResults) -> list[Section]:
     return sections
 
 
+def _summary(result: Result) -> str:
+    """Return one line about a limit, a push of one force, or one that people took."""
+    if "force" in result:
+        return default_summary(result)
+    return push_summary(result) if "impact" in result else pushed_summary(result)
+
+
 def experiment(controllers: Sequence[str], data: Path | None) -> Specification:
     """Return the experiment for some controllers."""
 
@@ -344,12 +341,13 @@ def experiment(controllers: Sequence[str], data: Path | None) -> Specification:
             "full": of_map("force", True),
             "full impulse": of_map("impulse", True),
             "stronger": of_map("stronger", False),
+            "shares": partial(share_cases, controllers, data, FORCE_DURATION),
             "standing": standing_cases,
             "people": partial(people_cases, controllers, data, N_PUSHES),
             "all people": partial(people_cases, controllers, data, None),
         },
         default_parts=("force", "people"),
-        summary=lambda r: default_summary(r) if "force" in r else pushed_summary(r),
+        summary=_summary,
         grids=lambda cached: (*tables(cached), *hard_landings(cached), strengths()),
         rows=rows,
         notes=NOTES,

@@ -12,6 +12,7 @@ from experiments import (
     landing_laws,
     push_any_controller,
     push_map,
+    push_shares,
     walk_battery,
 )
 from experiments.cached_results import CachedResults
@@ -154,6 +155,24 @@ def test_the_map_has_every_direction_at_every_phase_and_the_finest_grid_counts(
     assert any("fails at 60 N" in note for note in table.notes)
     page = (tmp_path / "push-map.html").read_text("utf-8")
     assert "Map of pushes: pendulum, force" in page and page.count("% of the cycle") >= 5
+
+
+def test_half_of_the_pushes_of_a_force_are_withstood_where_the_shares_cross(tmp_path, monkeypatch):
+    def outcome(controller, data, duration, phase, degrees, force):
+        hard = force == 275.0 and degrees == 90.0
+        held = force < 400.0 and not hard
+        return {"withstood": held, "survived": True, "impact": 7.0 if hard else 3.0}
+
+    monkeypatch.setattr(push_shares, "outcome", outcome)
+    figures = push_map.run(out=tmp_path, parts=("shares",)).metrics()
+    assert figures["pendulum_shares_cases"] == 7 * 4 * 8
+    assert figures["pendulum_shares_withstood_275_n_pct"] == pytest.approx(87.5)
+    assert figures["pendulum_shares_withstood_425_n_pct"] == 0.0
+    half = figures["pendulum_shares_force_that_half_of_the_pushes_have_n"]
+    assert half == pytest.approx(375.0 + 50.0 * 0.375 / 0.875)  # never more than of a lighter one
+    assert figures["pendulum_shares_hardest_landing_pushes_up_to_300_n_bw"] == 7.0
+    share = figures["pendulum_shares_landings_beyond_6_body_weights_among_them_pct"]
+    assert share == pytest.approx(100.0 * 4 / 64)
 
 
 def test_people_are_pushed_at_their_phase_with_their_force(made, tmp_path):
