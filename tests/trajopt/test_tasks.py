@@ -185,11 +185,22 @@ def test_only_the_steps_over_a_block_take_longer_the_higher_the_longer():
             assert all(a.toe_off < b.heel_strike for a, b in pairwise(own))
 
 
+@pytest.mark.parametrize("height", [0.2, 0.4])
+def test_the_first_guess_lifts_feet_over_a_block_no_higher_than_legs_bend(height):
+    """Lifted most in the middle of its swing, the foot came to the hip, and the leg turned."""
+    task = make_task("walk", person(), {"obstacle_height": height, "speed": 1.0})
+    times = np.linspace(0.0, task.plan.duration, round(40 * task.plan.duration) + 1)
+    q = task.guess(ContactBody.for_plan(person(), task.plan), task.plan, times)
+    for side in "rl":
+        hips = [6 + person().hinge(f"hip_{n}_{side}") for n in ("flexion", "adduction", "rotation")]
+        assert np.abs(np.diff(q[:, hips], axis=0)).max() < np.deg2rad(20.0)
+
+
 @pytest.mark.slow
 @pytest.mark.solver
-@pytest.mark.parametrize("height", [0.1, 0.4])
-def test_both_feet_pass_over_a_block(height):
-    task = make_task("walk", person(), {"obstacle_height": height, "steps": 2})
+@pytest.mark.parametrize(("height", "steps"), [(0.1, 2), (0.4, 2), (0.4, 4)])
+def test_both_feet_pass_over_a_block(height, steps):
+    task = make_task("walk", person(), {"obstacle_height": height, "steps": steps})
     s = synthesize(ContactBody.for_plan(person(), task.plan), task)
     record = s.record()
     assert check(record).ok, check(record).status

@@ -175,9 +175,8 @@ def walk(human: Human, parameters: WalkSettings) -> MotionTask:
     ends[:, 0] -= parameters.slope  # pelvis tilt: upright
     terms: list[Term] = [*walking_terms(p.step_time, parameters.slope)]
     if plan.obstacles:
-        terms = [
-            replace(t, opposite_thighs=True) if isinstance(t, SolidLimbs) else t for t in terms
-        ]
+        raised = {"opposite_thighs": True, "feet": True}
+        terms = [replace(t, **raised) if isinstance(t, SolidLimbs) else t for t in terms]
         terms.append(StepOver())
     for time, q in zip((0.0, plan.duration), ends, strict=True):
         terms += [Rest(time), Quiet(time, 1e-4), PostureAt(time, tuple(q))]

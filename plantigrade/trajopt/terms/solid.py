@@ -82,6 +82,9 @@ class SolidLimbs(Term):
     #: Whether a load in a hand hangs beside the thigh, as people who walk carry it: kept off both
     #: thighs alone, it is led behind the back, where it needs no lean of the trunk
     loads_beside: bool = False
+    #: Whether an arm keeps away from both feet too, which only a person who steps over a high block
+    #: lifts so far
+    feet: bool = False
 
     def spaced(self, plan: ContactPlan) -> tuple[Spaced, ...]:
         """Return when a swinging foot passes the other leg: that must not happen between nodes.
@@ -109,7 +112,9 @@ class SolidLimbs(Term):
         """Limit the rows."""
         near = self.arms * b.body.human.height / REFERENCE_HEIGHT
         n = len(b.nodes)
-        near_to = self.opposite_thighs, self.shanks, self.shoulders, self.loads_beside
+        near_to = (
+            self.opposite_thighs, self.shanks, self.shoulders, self.loads_beside, self.feet,
+        )  # fmt: skip
         for family, margin in (
             (legs(b.body, n), self.margin), (arms(b.body, n, *near_to), near),
         ):  # fmt: skip
@@ -154,12 +159,14 @@ def arms(
     shanks: bool = False,
     shoulders: bool = False,
     loads_beside: bool = False,
+    feet: bool = False,
 ) -> ConstraintFamily:
     """Return how far arms are from trunk, head, legs and each other, thighs from the trunk."""
     human = body.human
     family = ARMS + " and both thighs" * opposite_thighs + " and shanks" * shanks
     loads_beside = loads_beside and any(load_spheres(human, side) for side in SIDES)
-    family += " and shoulders" * shoulders + " with loads beside" * loads_beside
+    family += " and feet" * feet + " and shoulders" * shoulders
+    family += " with loads beside" * loads_beside
 
     def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
         at = _Placed(ca, body, q)
@@ -171,6 +178,7 @@ def arms(
             near = SIDES if opposite_thighs or load else (side,)
             legs, d = [leg_rods(human, each)[0] for each in near], []
             legs += [leg_rods(human, each)[1] for each in SIDES] if shanks else []
+            legs += [rod for each in SIDES for rod in leg_rods(human, each)[2]] if feet else []
             for x in (*arm_spheres(human, side), *load):
                 d += [at.apart(x, leg) for leg in legs]
                 d += [at.distance(x, name, solid) for name, solid in trunk]
