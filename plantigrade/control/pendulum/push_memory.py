@@ -31,10 +31,11 @@ class PushSettings:
     The integral of more led the walk past its path by half a metre, and ahead at 1.3 times its
     speed for seconds."""
     max_return_time: float = 6.0
-    """Time from the beginning of a push after which the integral of a larger offset is countered,
-    too, and the speed corrected [s]: within it, all who stayed on their feet in ``experiment
+    """Time from the beginning of the last push after which the integral of a larger offset is
+    countered again, across the path [s]: within it, all who stayed on their feet in ``experiment
     push-map`` were back. Without it, steady side wind of 50 N blew a walk 3.4 m off its path in 15
-    s, now 2.6 m."""
+    s, now 2.6 m. Along the path, where place and speed are corrected, it let a tour with punches
+    end in a fall."""
 
 
 class PushMemory:
@@ -85,13 +86,15 @@ class PushMemory:
     @property
     def _returning(self) -> Array:
         """Along the path and across it, whether the walk comes back from a push by itself."""
-        return self._displaced & (self._displaced_time < self.settings.max_return_time)
+        return self._displaced & (self._displaced_time < [np.inf, self.settings.max_return_time])
 
     def feel(self, disturbance: Float[Array, " 2"]) -> None:
         """Take the acceleration by a disturbance during a tick [m/s²]."""
         own, size = self.settings, hypot(*disturbance)
         self._change += self._step * (size - self._change / own.memory)
         felt = size > 0.0 and (self.felt or self._change > own.min_speed)
+        if felt and not self.felt:
+            self._displaced_time[:] = 0.0
         self._since = 0.0 if felt else self._since + self._step
 
     def path_offset(self, offset: Float[Array, " 2"], turns: bool) -> Float[Array, " 2"]:
