@@ -106,7 +106,7 @@ def test_a_sweep_of_ankle_devices_starts_from_the_walk_without_and_says_what_the
     weak, strong, spring = (pg.Run.load(item.folder) for item in batch)
     for run in (weak, strong, spring):
         assert run.status == "ok", run.status
-        assert run.figures["iterations"] < 15
+        assert run.figures["iterations"] < (20 if run is spring else 10)  # a clutch is not smooth
         assert run.figures["device_own_torque_change_pct"] < -3.0
         device, own = run.record.device_torque, run.record.qfrc_actuator
         assert own is not None and np.abs(device).max() > 10.0
