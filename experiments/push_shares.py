@@ -71,7 +71,9 @@ def push_summary(result: Result) -> str:
 def share_rows(
     cached: CachedResults, goal: float, impact_force: float, max_impact: float
 ) -> Iterator[Row]:
-    """Return the shares by force, the force that half of the pushes have, and landings.
+    """Return the shares by force, the force at which half are withstood, and landings.
+
+    That force is left out where all shares are on one side of a half.
 
     Args:
         goal: Goal of that force [N].
@@ -87,10 +89,10 @@ def share_rows(
         share = [float(np.mean([r["withstood"] for r in pushes[f]])) for f in forces]
         for force, part in zip(forces, share, strict=True):
             yield Row(subject, f"withstood, {force:g} N", 100.0 * part, "%")
-        if len(forces) > 1:
+        if max(share) >= 0.5 >= min(share):  # otherwise that force was not tried
             falling = np.minimum.accumulate(share)[::-1]
             half = float(np.interp(0.5, falling, forces[::-1]))
-            yield at_least(subject, "force that half of the pushes have", half, goal, "N")
+            yield at_least(subject, "force at which half are withstood", half, goal, "N")
         usual = [
             r["impact"] for f in forces if f <= impact_force for r in pushes[f] if r["survived"]
         ]
@@ -98,5 +100,6 @@ def share_rows(
             hard = 100.0 * float(np.mean(np.array(usual) > max_impact))
             words = f"hardest landing, pushes up to {impact_force:g} N"
             yield at_most(subject, words, max(usual), max_impact, "BW")
-            yield Row(subject, f"landings beyond {max_impact:g} body weights among them", hard, "%")
+            words = f"landings beyond {max_impact:g} BW, pushes up to {impact_force:g} N"
+            yield Row(subject, words, hard, "%")
         yield Row(subject, "cases", sum(map(len, pushes.values())))

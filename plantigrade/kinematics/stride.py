@@ -127,7 +127,8 @@ class Stride:
     def softened(self, human: Human) -> "Stride":
         """Return the stride with the centre of mass rising and falling as one sine per step.
 
-        It is the first harmonic of its height; the feet stay where they are, and the legs bend.
+        Its height keeps the first harmonic alone, lower by :data:`SOFT_DROP`; the feet stay where
+        they are, and the legs bend.
         Where a motion consists of mean joint angles, higher harmonics are what the angles do not
         fit in: they would need 1.6 body weights of the standing leg just before touchdown, while
         people's force peaks at 1.2 to 1.4, on both legs.
@@ -142,9 +143,9 @@ class Stride:
         height = _com_heights(human, qpos)
         steps = np.exp(4j * np.pi * self.time[:-1] / self.time[-1])  # two in a stride
         sine = 2.0 * np.real(np.mean(height * steps.conj()) * steps)
-        wanted = height.mean() - SOFT_DROP + sine
-        for _ in range(2):  # bent legs move the centre of mass, too
-            qpos[:, 2] += wanted - _com_heights(human, qpos)
+        target = height.mean() - SOFT_DROP + sine
+        for _ in range(2):  # legs that bend move the centre of mass, too
+            qpos[:, 2] += target - _com_heights(human, qpos)
             qpos = LegInverse(human).reach(qpos, place, turn)
         return self._repeated(human, qpos)
 

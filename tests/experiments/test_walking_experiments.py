@@ -168,11 +168,15 @@ def test_half_of_the_pushes_of_a_force_are_withstood_where_the_shares_cross(tmp_
     assert figures["pendulum_shares_cases"] == 7 * 4 * 8
     assert figures["pendulum_shares_withstood_275_n_pct"] == pytest.approx(87.5)
     assert figures["pendulum_shares_withstood_425_n_pct"] == 0.0
-    half = figures["pendulum_shares_force_that_half_of_the_pushes_have_n"]
+    half = figures["pendulum_shares_force_at_which_half_are_withstood_n"]
     assert half == pytest.approx(375.0 + 50.0 * 0.375 / 0.875)  # never more than of a lighter one
     assert figures["pendulum_shares_hardest_landing_pushes_up_to_300_n_bw"] == 7.0
-    share = figures["pendulum_shares_landings_beyond_6_body_weights_among_them_pct"]
+    share = figures["pendulum_shares_landings_beyond_6_bw_pushes_up_to_300_n_pct"]
     assert share == pytest.approx(100.0 * 4 / 64)
+    weak = {"withstood": False, "survived": False, "impact": 0.0}
+    monkeypatch.setattr(push_shares, "outcome", lambda *item: weak)
+    figures = push_map.run(out=tmp_path / "weak", parts=("shares",)).metrics()
+    assert not any("half" in name for name in figures), "it is below every force that was tried"
 
 
 def test_people_are_pushed_at_their_phase_with_their_force(made, tmp_path):

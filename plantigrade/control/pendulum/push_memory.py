@@ -65,7 +65,7 @@ class PushMemory:
         self._change = 0.0  # [m/s] of speed, by what was felt lately
         self._since = np.inf  # [s] time since a push was last felt
         self._displaced = np.zeros(2, dtype=bool)  # by a push, along the path and across it
-        self._displaced_time = np.zeros(2)  # [s] for how long
+        self._aside_time = 0.0  # [s] across it, since the beginning of the last push
         self._correction = np.zeros(2)  # [m] by the integral of the offset
 
     @property
@@ -86,7 +86,7 @@ class PushMemory:
     @property
     def _returning(self) -> Array:
         """Along the path and across it, whether the walk comes back from a push by itself."""
-        return self._displaced & (self._displaced_time < [np.inf, self.settings.max_return_time])
+        return self._displaced & [True, self._aside_time < self.settings.max_return_time]
 
     def feel(self, disturbance: Float[Array, " 2"]) -> None:
         """Take the acceleration by a disturbance during a tick [m/s²]."""
@@ -94,7 +94,7 @@ class PushMemory:
         self._change += self._step * (size - self._change / own.memory)
         felt = size > 0.0 and (self.felt or self._change > own.min_speed)
         if felt and not self.felt:
-            self._displaced_time[:] = 0.0
+            self._aside_time = 0.0
         self._since = 0.0 if felt else self._since + self._step
 
     def path_offset(self, offset: Float[Array, " 2"], turns: bool) -> Float[Array, " 2"]:
@@ -113,7 +113,7 @@ class PushMemory:
         away, far = offset - self.line, own.max_path_error * self._leg
         small = np.abs(away) < own.max_lasting_offset * self._leg
         self._displaced = (self._displaced | self.felt) & ~small
-        self._displaced_time = np.where(self._displaced, self._displaced_time + self._step, 0.0)
+        self._aside_time = self._aside_time + self._step if self._displaced[1] else 0.0
         near = np.minimum(np.maximum(away, -far), far)
         self.line[0] += away[0] - near[0]
         if turns:

@@ -27,11 +27,11 @@ TOE_OFF_ANGLES = tuple(np.deg2rad([10.0, 50.0]))
 # [rad] maximum heel-up angle of a foot without toes
 MAX_RIGID_TOE_OFF_ANGLE = float(np.deg2rad(35.0))
 MAX_EVEN_LIFT = 0.25
-"""Lift of a swing above which it is not greatest in the middle, but where it has to be least [m]:
-for a block of 40 cm, which the leading foot passes late in its swing, the middle was lifted by a
-metre, and no motion was found. Beyond what stairs of 20 cm need."""
+"""Lift above which the peak of a swing moves from its middle to where the least lift clears the
+ground [m]. The leading foot passes a block of 40 cm late in its swing: with the peak in the middle
+it was lifted by a metre, and no motion was found. Stairs of 20 cm need less."""
 PEAKS = tuple(np.linspace(0.3, 0.7, 9).tolist())
-"""Parts of a swing at which a foot may be lifted most."""
+"""Parts of a swing at which that peak may lie."""
 CLEARANCE = 0.015  # [m] clearance of the sole in mid-swing; people have 1 to 2 cm at the toes
 TOE_RETURN_SHARE = 0.5  # [1] share of the swing until extended toes are straight
 EDGE_MARGIN = 0.03  # [m] distance from the edge of a tread within which the sole is above it
@@ -233,7 +233,7 @@ def _swing(
 
 
 def _bump(s: Float[Array, " n"], peak: float) -> Float[Array, " n"]:
-    """Return a smooth rise from 0 to 1, at a part of the whole, and back."""
+    """Return a smooth rise from 0 to 1, reached at ``peak``, and back to 0."""
     a, b = 4.0 * peak, 4.0 * (1.0 - peak)
     return (s / peak) ** a * ((1.0 - s) / (1.0 - peak)) ** b
 

@@ -95,6 +95,7 @@ class _Times:
 DURATIONS = {"half-kneeling": 3.0, "all-fours": 6.0, "sitting": 5.0, "lying": 6.0}
 """Duration from a posture on the floor where none is given [s]. Chosen."""
 FROM = {"all-fours": "hands and knees", "sitting": "sitting", "lying": "lying"}
+"""Posture from which a person rises on the palms → its name in messages."""
 _HALF_KNEELING = _Times(-1.0, -1.0, -1.0, 0.37, 0.63, 0.80)  # [1] of the duration. Estimate.
 _ALL_FOURS = _Times(0.10, 0.27, 0.40, 0.54, 0.71, 0.86)  # [1] of the duration. Estimate.
 

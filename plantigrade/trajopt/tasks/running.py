@@ -3,10 +3,10 @@ r"""Running as a task: periodic and straight, with flight between the steps.
 Half a stride is solved, from the strike of the right foot to that of the left: one stance, then
 flight. Lengths and times follow from the speed :math:`v`, by laws fitted to what is published of
 runners on treadmills (*estimates*; 160 to 180 steps/min and contacts of 0.33 to 0.2 s from 2 to
-5 m/s [Hamner2013]_); times are in proportion to the square root of the leg length. Where gravity is
-another one, the contact lasts as long and the flight as the root of its inverse: the vertical
-speed of runners at take-off is as the root of gravity, from the earth's down to the moon's
-[Polet2018]_, and at 1.3 g steps are shorter by the flight alone [Cavagna2005]_.
+5 m/s [Hamner2013]_); times are in proportion to the square root of the leg length. Under
+another gravity the contact lasts as long, and the flight is scaled by the inverse root of gravity:
+the vertical take-off speed of runners is proportional to the root of gravity, from the earth's down
+to the moon's [Polet2018]_, and at 1.3 g steps are shorter mainly by the flight [Cavagna2005]_.
 
 The cost is that of walking (:mod:`plantigrade.trajopt.tasks.walking`) with other weights: those of
 ankle and knee are smaller, because tendons return a part of their work, and jerk is cheaper,

@@ -90,7 +90,7 @@ def arm_spheres(human: Human, side: str, *, corners: bool = False) -> list[Rod]:
 
 
 def load_spheres(human: Human, side: str) -> list[Rod]:
-    """Return the sphere within a load that hangs in a hand; nothing in an empty one."""
+    """Return the largest sphere within the box of a load in a hand; none for an empty hand."""
     place = f"hand_{side}"
     if not human.loads.get(place, 0.0):
         return []

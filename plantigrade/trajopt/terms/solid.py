@@ -58,7 +58,7 @@ LEGS, ARMS, GROUND = "solid legs", "solid arms", "arms above the ground"
 class SolidLimbs(Term):
     """Legs and feet do not enter each other, arms not trunk, head, thighs and each other.
 
-    Nor does the trunk enter the thighs, nor an arm the ground.
+    Nor does the trunk enter the thighs, an arm the ground, or a load in a hand trunk and thighs.
 
     A distance that is not finite sets no limit.
     """
@@ -78,12 +78,11 @@ class SolidLimbs(Term):
     #: Whether thighs keep away from shoulders and neck too, which only the knees of a person who
     #: sits on the ground come near
     shoulders: bool = False
-
-    #: Whether a load in a hand hangs beside the thigh, as people who walk carry it: kept off both
-    #: thighs alone, it is led behind the back, where it needs no lean of the trunk
+    #: Whether a load in a hand hangs beside the thigh, as people carry it in walking. If it only
+    #: has to stay outside both thighs, it swings behind the pelvis
     loads_beside: bool = False
-    #: Whether an arm keeps away from both feet too, which only a person who steps over a high block
-    #: lifts so far
+    #: Whether an arm keeps away from both feet too, which come near a hand only in stepping over a
+    #: high block
     feet: bool = False
 
     def spaced(self, plan: ContactPlan) -> tuple[Spaced, ...]:
@@ -161,7 +160,10 @@ def arms(
     loads_beside: bool = False,
     feet: bool = False,
 ) -> ConstraintFamily:
-    """Return how far arms are from trunk, head, legs and each other, thighs from the trunk."""
+    """Return how far arms are from trunk, head, legs and each other, thighs from the trunk.
+
+    Loads in the hands belong to the arms. Flags are those of :class:`SolidLimbs`.
+    """
     human = body.human
     family = ARMS + " and both thighs" * opposite_thighs + " and shanks" * shanks
     loads_beside = loads_beside and any(load_spheres(human, side) for side in SIDES)
