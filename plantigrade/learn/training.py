@@ -94,8 +94,6 @@ class Training:
         _utils.set_random_seed(seed)
         reach = self.tracking.action.reach
         self._learner = _learner(self._norm, hyperparameters, reach, device)
-        if hyperparameters.critic_rate is not None:
-            self._learner.part(hyperparameters.critic_rate)
         self._learner.set_logger(_sb3.common.logger.Logger(None, []))
         self._rate, self._actor_learns = hyperparameters.rate, True
         self._evaluation: ParallelTracking | None = None
@@ -332,12 +330,10 @@ class Training:
 
 
 class _Learner(_sb3.PPO):
-    """PPO with an optional separate learning rate of the critic."""
+    """PPO with a constant learning rate of the critic."""
 
-    _critic_rate: float | None = None
-
-    def part(self, critic_rate: float) -> None:
-        """Set a constant learning rate of the critic."""
+    def __init__(self, *args: Any, critic_rate: float, **options: Any):
+        super().__init__(*args, **options)
         self._critic_rate, net = critic_rate, self.policy
         critic = [*net.mlp_extractor.value_net.parameters(), *net.value_net.parameters()]
         own = {id(p) for p in critic}
@@ -347,8 +343,7 @@ class _Learner(_sb3.PPO):
 
     def _update_learning_rate(self, optimizers: Any) -> None:
         super()._update_learning_rate(optimizers)
-        if self._critic_rate is not None:
-            self.policy.optimizer.param_groups[1]["lr"] = self._critic_rate
+        self.policy.optimizer.param_groups[1]["lr"] = self._critic_rate
 
 
 def _learner(norm: Any, how: Hyperparameters, reach: Any, device: str) -> "_Learner":
@@ -363,6 +358,7 @@ def _learner(norm: Any, how: Hyperparameters, reach: Any, device: str) -> "_Lear
         "MlpPolicy",
         norm,
         learning_rate=how.rate,
+        critic_rate=how.critic_rate,
         n_steps=how.steps,
         batch_size=how.batch,
         n_epochs=how.epochs,
