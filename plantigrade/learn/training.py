@@ -34,6 +34,7 @@ _utils = require("stable_baselines3.common.utils", "learn")
 CHECKPOINT, POLICY, CURVE = "checkpoint.pt", "policy.npz", "curve.csv"
 RATE_FACTOR = 1.5  # of one adaptation of the learning rate
 MIN_RATE, MAX_RATE = 1e-5, 1e-3  # of learning
+MAX_THREADS = 2  # of a gradient: halves of a batch sum to the same bits as the whole, thirds do not
 MIN_TIME_BETWEEN_FALLS = 4.0  # [s] on average, before the policy is evaluated
 
 
@@ -83,7 +84,7 @@ class Training:
             _torch.empty(0, device=device)
         except Exception as error:  # torch raises several kinds
             raise ParameterError(f"device={device!r}: {str(error)[:160]}") from error
-        _torch.set_num_threads(1)
+        _torch.set_num_threads(min(jobs, MAX_THREADS))
         own = {f.name: getattr(rules, f.name) for f in fields(rules)}
         walks = SharedWalks(hyperparameters.persons, jobs, **own)
         self.tracking = walks.tracking
