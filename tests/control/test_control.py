@@ -17,7 +17,7 @@ def test_a_posture_that_is_held_neither_sags_nor_sways():
     world = World(HUMAN, rate=300.0)
     record = world.simulate(Posture(), 1.5)
     moved = record.motion.qpos - record.motion.qpos[0]
-    assert np.abs(moved[:, :3]).max() < 0.015 and np.abs(moved[:, 7:]).max() < np.deg2rad(1.0)
+    assert np.abs(moved[:, :3]).max() < 0.025 and np.abs(moved[:, 7:]).max() < np.deg2rad(1.0)
     assert abs(moved[-1, 2]) < 5e-4  # without torques of rest it sags by 2 mm
     assert np.abs(record.motion.qvel[-1]).max() < 0.02
     assert record.signals["controller.posture_error"].max() < 0.05

@@ -79,7 +79,7 @@ def test_a_run_of_one_frame_is_a_posture_that_is_held(controller):
     motion = Motion(np.zeros(1), qpos, np.zeros((1, human.model.nv)), human.joint_names)
     run = simulate(Run(Record(human, motion), "reproduce"), controller=controller, duration=0.05)
     assert run.ok
-    assert np.allclose(run.record.motion.qpos[-1, 7:], qpos[0, 7:], atol=0.03)
+    assert np.allclose(run.record.motion.qpos[-1, 7:], qpos[0, 7:], atol=0.07)  # soles yield
 
 
 @pytest.mark.slow
