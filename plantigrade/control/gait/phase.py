@@ -96,6 +96,7 @@ class Foot:
     descent: float = 0.0  #: Descent below the motion, for missing ground [m]
     wait: float = 0.0  #: Time for which the phase has waited for it [s]
     early: bool = False  #: Whether it is in stance before its time
+    unloaded: float = 0.0  #: Time for which it has borne nothing since then [s]
     recovering: bool = False  #: Whether it swings in a recovery step that the motion does not have
 
     @property
@@ -225,9 +226,13 @@ class GaitState:
                     continue
                 stop = schedule.stop(foot.stance, self.phase)
                 foot.early = foot.early and self.phase < foot.touchdown
-                if not foot.early and self.phase >= stop:
+                bears = load[i] > self.settings.contact.touchdown_load * self.weight
+                foot.unloaded = 0.0 if bears or not foot.early else foot.unloaded + step
+                if foot.unloaded >= self.settings.contact.unloaded_time - 1e-9:
+                    self._swing_on(foot, offset[i, :2])
+                elif not foot.early and self.phase >= stop:
                     self._lift(foot, offset[i, :2])
-                elif load[i] > self.settings.contact.touchdown_load * self.weight:
+                elif bears:
                     own = self.offset(foot.stance)
                     own += step / self.settings.stance_time * (offset[i] - own)
                 continue
@@ -245,6 +250,15 @@ class GaitState:
                 at = np.array(offset[i])
                 self.touchdowns.append(Touchdown(time, foot.side, float(late), at, axes))
                 foot.descent = foot.wait = 0.0
+
+    def _swing_on(self, foot: Foot, offset: Float[Array, " 2"]) -> None:
+        """Let a foot go on that only grazed the ground before its time.
+
+        Args:
+            offset: Its offset from the motion now [m].
+        """
+        foot.in_stance, foot.early, foot.unloaded = False, False, 0.0
+        foot.swing = SwingOffset(offset, self.settings.swing)
 
     def _unloaded(self, load: Array, step: float, recovers: bool, pushed: bool) -> Foot | None:
         """Return the rear foot of a recovery step once it is almost unloaded, or should be.
