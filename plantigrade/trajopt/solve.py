@@ -200,8 +200,8 @@ def _first(
     With ``pausing`` it is not solved to the end on a mesh that is much too coarse.
     """
     n = len(problem.nodes)
-    if guessed and n > COARSE_MESH_NODES:
-        rate = run.task.nodes_per_second * COARSE_NODES / n
+    rate = run.task.nodes_per_second * COARSE_NODES / n
+    if guessed and n > COARSE_MESH_NODES and rate >= run.task.least_nodes_per_second:
         at = run.easier("coarse mesh", replace(run.task, nodes_per_second=rate))
         if at.success:
             name, start = "fine mesh", at.on(problem)
@@ -217,6 +217,8 @@ def _rescued(run: "_Stages", problem: Problem, at: _Ending) -> _Ending:
     coarse = replace(task, nodes_per_second=task.nodes_per_second / 2)
     smooth = (*(t for t in task.terms if not isinstance(t, Work)), Acceleration(1e-4))
     for name, easier in (("coarse mesh", coarse), ("smooth first", replace(task, terms=smooth))):
+        if easier.nodes_per_second < task.least_nodes_per_second:
+            continue
         if easier is not coarse and run.far_off:
             break
         middle = run.easier(name, easier)

@@ -50,6 +50,8 @@ class MotionTask:
     terms: tuple[Term, ...]  #: Conditions and costs
     guess: Guess  #: Coordinates to start from
     nodes_per_second: float = 20.0  #: Nodes a second
+    #: Nodes a second below which a mesh tells another motion: no coarser one is solved before
+    least_nodes_per_second: float = 0.0
     basis: str = "trigonometric"  #: ``"trigonometric"`` or ``"polynomial"``
     #: Contact forces to start from; body weight shared by what stands if absent
     force_guess: ForceGuess | None = None

@@ -104,7 +104,9 @@ TOLERANCE = 1e-4
 iterations less, joint angles are still up to 1.5° RMS from the optimum, towards the guess."""
 NODES_PER_SECOND = {True: 60.0, False: 20.0}
 """Nodes per second up to :data:`USUAL_SPEED`, periodic and from standing; proportionally more
-above."""
+above, and more with loads (:func:`finer_for_loads`)."""
+LIMB_ENDS = {"hand": 0.014, "foot": 0.035}
+"""Mass of hand or foot and half of the segment above it, by body mass [1] [deLeva1996]_."""
 
 USUAL_SPEED = 1.3
 """Usual walking speed [m/s]."""
@@ -181,7 +183,26 @@ def walk(human: Human, parameters: WalkSettings) -> MotionTask:
     for time, q in zip((0.0, plan.duration), ends, strict=True):
         terms += [Rest(time), Quiet(time, 1e-4), PostureAt(time, tuple(q))]
     faster = max(1.0, parameters.speed / USUAL_SPEED)
-    return MotionTask("walk", plan, tuple(terms), _guess(p), NODES_PER_SECOND[False] * faster)
+    finer = finer_for_loads(human)
+    rate = NODES_PER_SECOND[False] * max(faster, finer)
+    least = NODES_PER_SECOND[False] * finer if finer > 1.0 else 0.0
+    return MotionTask("walk", plan, tuple(terms), _guess(p), rate, least_nodes_per_second=least)
+
+
+def finer_for_loads(human: Human) -> float:
+    """Return how many times more nodes a person with loads takes than one without [1].
+
+    Forces that are missing between nodes go with the square of the distance of nodes and with the
+    mass that moves. The ratio of nodes is therefore the root of that of the masses at the end of a
+    limb (:data:`LIMB_ENDS`), with and without the load. On a mesh that is too coarse the arm is
+    whirled between nodes, and its load seems to weigh less at them.
+    """
+    ratios = [
+        mass / (LIMB_ENDS[place[:-2]] * human.mass)
+        for place, mass in human.loads.items()
+        if place[:-2] in LIMB_ENDS
+    ]
+    return float(np.sqrt(1.0 + max(ratios, default=0.0)))
 
 
 def crossing_delays(p: GaitParameters, steps: int, height: float) -> list[float]:

@@ -36,8 +36,8 @@ class StepOver(Term):
     """How far a foot moves from node to node as it passes a block [m], about as far as the hill is
     wider than the block."""
     tolerance: float = 0.002
-    """How far a site may be below the hill [m]: a sole that stands beside a block is at zero, and
-    the hill is not quite zero there."""
+    """How far a site may be below the hill [m]: a sole that leaves the ground beside a block, or
+    comes to it, is near zero, and the hill is not quite zero there."""
 
     def spaced(self, plan: ContactPlan) -> tuple[Spaced, ...]:
         """Return the swings that pass a block."""
@@ -65,6 +65,10 @@ class StepOver(Term):
                 shanks.append((f"shank {side} {k + 1}", point, self.shank_margin))
         names, points, margins = zip(*feet, *shanks, strict=True)
         positions = b.body.symbolic.positions(points)
+        # what stands beside a block is at zero, and the hill, the higher the wider, is not
+        lower = np.full((len(b.nodes), len(names)), -self.tolerance)
+        for i, (_, site, _) in enumerate(feet):
+            lower[b.plan.standing(site, b.nodes), i] = -np.inf
         for block in b.plan.obstacles:
             reach = block.width / 2 + EDGE_MARGIN
             top = block.height + np.array(margins)
@@ -76,7 +80,7 @@ class StepOver(Term):
 
             rows = tuple(f"{name} above the obstacle at {block.x:.2f} m" for name in names)
             family = b.custom_family(f"obstacle at {block.x:.3f} m", rows, expression, "m")
-            b.limit(family, lower=-self.tolerance)
+            b.limit(family, lower=lower)
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
         """Return nothing: blocks belong to the ground of the Record, which the check knows."""
