@@ -228,7 +228,8 @@ class GaitState:
                 foot.early = foot.early and self.phase < foot.touchdown
                 bears = load[i] > self.settings.contact.touchdown_load * self.weight
                 foot.unloaded = 0.0 if bears or not foot.early else foot.unloaded + step
-                if foot.unloaded >= self.settings.contact.unloaded_time - 1e-9:
+                grazed = foot.unloaded >= self.settings.contact.unloaded_time - 1e-9
+                if grazed and len(self.stance_feet) == len(self.feet):
                     self._swing_on(foot, offset[i, :2])
                 elif not foot.early and self.phase >= stop:
                     self._lift(foot, offset[i, :2])
