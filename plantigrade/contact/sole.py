@@ -32,7 +32,7 @@ class SoleSettings:
     as people's steps press their heel pads [Wearing2014]_. That is a secant: pads start softer and
     end stiffer, at 150 kN/m with the lower leg [Aerts1995]_, whose yielding, like that of the arch,
     rigid segments lack. Pushed people landed with 3.5 body weights on average, and 8 at most, with
-    twice this stiffness, 2.7 and 5 with this; with the usual contacts of MuJoCo, 20."""
+    twice this stiffness, 2.7 and 6 with this; with the usual contacts of MuJoCo, 20."""
     damping_time: float = 0.01
     """Damping by stiffness [s]: foot and shank, some 5 kg, do not rebound; heel pads lose most of
     the energy of a step [Wearing2014]_."""

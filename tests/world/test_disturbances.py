@@ -6,15 +6,11 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze.check import check
-from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.ground import Ground
-from plantigrade.contact.site import contact_sites
-from plantigrade.contact.sole import SoleSettings
 from plantigrade.control import Posture
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.pages.scene import build_scene
-from plantigrade.record import Record
 from plantigrade.record.moving_ground import GroundPath
 from plantigrade.world import (
     Box,
@@ -31,19 +27,13 @@ from plantigrade.world.box import PARKING_HEIGHT
 from plantigrade.world.disturbance import StrikeTimer
 from plantigrade.world.grounds import ground_named, platform_named
 from plantigrade.world.recorded_wrench import RecordedWrench, recorded_wrenches
+from tests.world.yielding import yielding
 
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
 
 
 def world(*disturbances, **options) -> World:
     return World(HUMAN, disturbances=disturbances, **{"rate": 300.0, **options})
-
-
-def yielding(record: Record) -> float:
-    """Return the depth to which the greatest force of a site presses in its sole [mm]."""
-    per_site = SoleSettings().stiffness * len(SIDES) / len(contact_sites(record.human))
-    weight = record.human.mass * GRAVITY
-    return 1e3 * float(record.contact_force[:, :, 2].max()) / (per_site * weight) + 0.5
 
 
 def test_a_rope_pulls_towards_its_anchor_while_it_pulls():

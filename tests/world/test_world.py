@@ -19,6 +19,7 @@ from plantigrade.world import (
     World,
     standing_on,
 )
+from tests.world.yielding import yielding
 
 HUMAN = Human.create(1.7, 65.0, "female", "42", "rigid")
 LARGE = Human.create(1.5, 48.5, joints="66")
@@ -66,6 +67,7 @@ def test_every_frame_obeys_the_equations_of_motion(pushed):
     np.testing.assert_allclose(verdict.tau[:, 6:], torque, atol=1e-3 * np.abs(torque).max())
     for quantity in ("friction", "adhesion", "slip"):
         assert not verdict.measures[quantity].bad, quantity
+    assert verdict.measures["penetration"].value < yielding(record)
 
 
 def test_a_push_is_a_signal_and_a_site_and_moves_the_body(pushed):

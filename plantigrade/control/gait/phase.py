@@ -96,7 +96,7 @@ class Foot:
     descent: float = 0.0  #: Descent below the motion, for missing ground [m]
     wait: float = 0.0  #: Time for which the phase has waited for it [s]
     early: bool = False  #: Whether it is in stance before its time
-    unloaded: float = 0.0  #: Time for which it has borne nothing since then [s]
+    unloaded: float = 0.0  #: Time without load after an early touchdown [s]
     recovering: bool = False  #: Whether it swings in a recovery step that the motion does not have
 
     @property

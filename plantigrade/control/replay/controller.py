@@ -9,11 +9,7 @@ from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
 from plantigrade.control.gait.clearance import ClearanceSettings, clearance_of
 from plantigrade.control.gait.person import SEAT, GaitPerson
-from plantigrade.control.gait.phase import (
-    FootContactSettings,
-    GaitPhaseSettings,
-    GaitState,
-)
+from plantigrade.control.gait.phase import FootContactSettings, GaitPhaseSettings, GaitState
 from plantigrade.control.gait.planner import FootstepSettings
 from plantigrade.control.gait.reference import (
     STEP,
