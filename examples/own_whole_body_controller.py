@@ -15,7 +15,7 @@ class Stand:
         self.program = wbc.WholeBody(body.human, armature=actuators.armature)
         self.feet = wbc.tasks.ContactTask.of(body.human, weight=1000.0)  # per (m/s²)², as the next
         self.com = wbc.tasks.ComTask(body.com, stiffness=50.0, weight=1000.0)  # 1/s²
-        self.posture = wbc.tasks.PostureTask(body.qpos, stiffness=80.0, weight=0.1)
+        self.posture = wbc.tasks.PostureTask(body.qpos, stiffness=80.0, weight=1.0)
 
     def __call__(self, state):
         """Return the torques of one control step."""
