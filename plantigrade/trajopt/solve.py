@@ -1,8 +1,9 @@
 """Solve a task: mesh refinement, warm starts and fallbacks.
 
 A task is solved on its own mesh from its own guess, or from the motion of a similar task on the
-corresponding mesh. If that fails, easier problems lead the way: half the nodes; then a cost of
-smoothness alone, from which the true problem is then solved. Once solved, the mesh
+corresponding mesh. If the solver stalls near by, it goes on from there with a larger barrier. If
+that fails, easier problems lead the way: half the nodes; then a cost of smoothness alone, from
+which the true problem is then solved. Once solved, the mesh
 is refined wherever the motion between nodes requires a wrench that contact cannot provide, or more
 torque, speed or range than a joint has, takes limbs into each other, or a swinging foot too low.
 Every step is a :class:`~plantigrade.trajopt.solution.Stage` that the user sees.
@@ -21,7 +22,7 @@ from plantigrade.threads import on_one_thread
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.problem.nlp import Problem
 from plantigrade.trajopt.solution import Solution, Stage
-from plantigrade.trajopt.solvers.interior_point import InteriorPoint
+from plantigrade.trajopt.solvers.interior_point import NEARLY_MET, InteriorPoint
 from plantigrade.trajopt.solvers.result import Iterate, Multipliers, Options
 from plantigrade.trajopt.tasks.task import MotionTask, coefficients, sample_times
 from plantigrade.trajopt.terms.effort import Acceleration, Work
@@ -50,6 +51,10 @@ to the end [1]: well above what may still change. Chosen."""
 MAX_REFINEMENTS = 8  # [1] maximum number of mesh refinements
 LASTING_ERRORS = 2  # [1] rounds of refinement after which neighbours are halved again. Chosen.
 MAX_STALLED_VIOLATION = 0.3  # [1] violation of a stalled solver beyond the help of smoothness
+LOOSER = 10.0
+"""Tolerance with which a stalled solver goes on, relative to that of the task [1]; the last barrier
+parameter is larger by as much. Chosen: with 30 kg in one hand, the barrier of a walk gets small
+while its cost still falls; with ten times as much it is solved."""
 COARSE_MESH_NODES = 250
 """Minimum number of nodes for a preceding coarse mesh [1]. Walks of 8 to 10 steps and stairs, 165
 to 225 nodes, take two thirds of the time without one."""
@@ -209,11 +214,20 @@ def _first(
 
 
 def _rescued(run: "_Stages", problem: Problem, at: _Ending) -> _Ending:
-    """Return what the first easier problem that can be solved leads to.
+    """Return what a larger barrier, or the first easier problem that can be solved, leads to.
 
     Where both the task and its coarse mesh stalled far from being met, nothing smoother is tried.
     """
     task = run.task
+    if run.near_by:
+        here = at.c, at.u, None
+        loose = run.interior_point("larger barrier", problem, here, looser=LOOSER)
+        if loose.success:
+            after = run.interior_point("the task itself", problem, loose.on(problem))
+            if after.over:
+                return after
+        elif loose.over:
+            return loose
     coarse = replace(task, nodes_per_second=task.nodes_per_second / 2)
     smooth = (*(t for t in task.terms if not isinstance(t, Work)), Acceleration(1e-4))
     for name, easier in (("coarse mesh", coarse), ("smooth first", replace(task, terms=smooth))):
@@ -239,7 +253,7 @@ class _Stages:
         self,
         body: ContactBody,
         task: MotionTask,
-        options: Options | None,
+        options: Options,
         progress: Progress | None,
     ):
         self.body, self.task, self._options, self._progress = body, task, options, progress
@@ -253,13 +267,30 @@ class _Stages:
             for s in self._stages
         )
 
+    @property
+    def near_by(self) -> bool:
+        """Whether the last stage stalled, and had been near by."""
+        last = self._stages[-1]
+        least = min((it.violation for it in last.history), default=np.inf)
+        return last.status == "stalled" and least < NEARLY_MET
+
     def interior_point(
-        self, name: str, problem: Problem, start: Start, *, pausing: bool = False
+        self,
+        name: str,
+        problem: Problem,
+        start: Start,
+        *,
+        pausing: bool = False,
+        looser: float = 1.0,
     ) -> _Ending:
-        """Run the interior point; with ``pausing`` until the mesh proves much too coarse."""
+        """Run the interior point; with ``pausing`` until the mesh proves much too coarse.
+
+        The tolerance is ``looser`` times that of the task.
+        """
         started = clock.perf_counter()
         coarse = (lambda c, u: self._coarse(problem, c, u)) if pausing else None
-        engine = InteriorPoint(problem, self._options)
+        options = replace(self._options, tolerance=looser * self._options.tolerance)
+        engine = InteriorPoint(problem, options)
         r = engine.solve(*start, lambda it: self._tell(name, it), coarse)
         self._note(name, "interior-point", problem, r.status, started, r.history)
         return _Ending(problem, r.c, r.u, r.status, r.success, r.multipliers)

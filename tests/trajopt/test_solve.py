@@ -9,7 +9,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.trajopt import ContactBody, Options, Solution, make_task, synthesize
 from plantigrade.trajopt.diagnose.violations import values, violations
-from plantigrade.trajopt.solvers.interior_point import GUESS_BARRIER
+from plantigrade.trajopt.solvers.interior_point import GUESS_BARRIER, NEARLY_MET, InteriorPoint
 from plantigrade.trajopt.terms.contact import Contact
 from plantigrade.trajopt.terms.limits import Limits
 from plantigrade.trajopt.transcription.mesh import nodes_like, nodes_of, split
@@ -157,6 +157,41 @@ def test_a_person_who_is_too_weak_does_not_walk_and_the_message_says_why():
     assert broken and broken[0].relative > 1e-3
     assert broken[0].sentence().count(" s") and broken[0].advice
     assert np.isfinite(s.sample(s.times(4)).qpos).all()  # it can still be looked at
+
+
+def _stalls_once(monkeypatch, violation: float) -> list[float]:
+    """Let the first solve stall no nearer than this; return the tolerances of all solves."""
+    tolerances = []
+
+    class Stalling(InteriorPoint):
+        def solve(self, *args, **kwargs):
+            tolerances.append(self.options.tolerance)
+            found = super().solve(*args, **kwargs)
+            if len(tolerances) > 1:
+                return found
+            off = [replace(x, violation=max(x.violation, violation)) for x in found.history]
+            return replace(found, status="stalled", history=tuple(off))
+
+    monkeypatch.setattr("plantigrade.trajopt.solve.InteriorPoint", Stalling)
+    return tolerances
+
+
+def test_a_solver_that_stalls_near_by_goes_on_with_a_larger_barrier(monkeypatch):
+    """It goes on from where it stalled, and ends at the tolerance of the task."""
+    tolerances = _stalls_once(monkeypatch, 0.5 * NEARLY_MET)
+    made = synthesize(body(), task(), refinements=0)
+    assert made.success
+    assert [x.name for x in made.stages] == ["first try", "larger barrier", "the task itself"]
+    assert tolerances == [task().tolerance, pytest.approx(10.0 * task().tolerance), tolerances[0]]
+    there, on = (x.history for x in made.stages[:2])
+    assert on[0].objective == pytest.approx(there[-1].objective)
+    assert on[0].barrier > there[-1].barrier
+
+
+def test_a_solver_that_stalls_far_off_gets_no_larger_barrier(monkeypatch):
+    _stalls_once(monkeypatch, 2.0 * NEARLY_MET)
+    made = synthesize(body(), task(), refinements=0)
+    assert [x.name for x in made.stages][:2] == ["first try", "coarse mesh"]
 
 
 @pytest.mark.parametrize("kind", ["muscle torque", "joint torque", "work rate"])

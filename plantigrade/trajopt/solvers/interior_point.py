@@ -50,9 +50,9 @@ error rises. Further iterations converge to another motion."""
 NEARLY_FEASIBLE = 1e-3
 """Violation of rows below which a motion shows where its mesh is too coarse [1]: below the residual
 wrench between nodes that is allowed. Chosen."""
+NEARLY_MET = 1e-2  #: Violation of rows below which a point is near by [1]. Chosen.
 PATIENCE = 5
-"""Number of iterations after which a nearly feasible point no longer waits for a smaller barrier
-[1]."""
+"""Number of iterations after which a point near by no longer waits for a smaller barrier [1]."""
 MAX_STALLED_ITERATIONS = 12  #: Maximum number of iterations without an accepted step [1]
 EQUATION_WEIGHT = 1e6  #: Weight of linear equations relative to the distance from a guess [1]
 
@@ -217,7 +217,7 @@ class InteriorPoint:
         while at.mu > least:
             error = self._complementarity(at.mu) / errors.scale
             close = max(errors.dual, residual, error) <= 10 * at.mu
-            if not (close or (violation < 1e-2 and at.at_mu > PATIENCE)):
+            if not (close or (violation < NEARLY_MET and at.at_mu > PATIENCE)):
                 break
             at.mu = max(least, min(0.2 * at.mu, at.mu**1.5))
             at.at_mu, lowered = 0, True
