@@ -7,9 +7,16 @@ import pytest
 
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.trajopt import ContactBody, Options, Solution, make_task, synthesize
+from plantigrade.trajopt import (
+    ContactBody,
+    InteriorPoint,
+    Options,
+    Solution,
+    make_task,
+    synthesize,
+)
 from plantigrade.trajopt.diagnose.violations import values, violations
-from plantigrade.trajopt.solvers.interior_point import GUESS_BARRIER, NEARLY_MET, InteriorPoint
+from plantigrade.trajopt.solvers.interior_point import GUESS_BARRIER, NEARLY_MET
 from plantigrade.trajopt.terms.contact import Contact
 from plantigrade.trajopt.terms.limits import Limits
 from plantigrade.trajopt.transcription.mesh import nodes_like, nodes_of, split
