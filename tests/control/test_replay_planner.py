@@ -1,5 +1,7 @@
 """Offsets of feet and the divergent component of motion; where and when the next foot lands."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -193,3 +195,13 @@ def test_a_foot_lands_wholly_on_the_level_it_is_planned_to():
     back = on_one_side(ground, low, np.array([-0.12, 0.03]), ahead)
     assert 1.08 + back[0] >= 1.02 - 1e-9 and back[1] == 0.03
     assert back[0] < -0.03  # no farther than need be
+
+
+def test_a_foot_that_is_on_its_way_already_gets_farther_in_time():
+    box = FootstepLimits(
+        np.eye(2), np.zeros(2), 1.0, 0.9, 0.07, np.zeros(2), max_foot_acceleration=60.0
+    )
+    goal, left = np.array([[0.3, 0.0]]), np.array([0.15])
+    assert box.swing_cost(goal, left)[0] > 0.0
+    swift = replace(box, foot_velocity=np.array([3.0, 0.0]))
+    assert swift.swing_cost(goal, left)[0] == 0.0

@@ -1,9 +1,12 @@
 """Replays of a motion: outcomes and certificates."""
 
+from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import plantigrade as pg
 from plantigrade.control.replay import Replay, trials
 from plantigrade.control.replay.trials import ReplayOutcome, certified, largest_push, replay_once
 from plantigrade.record import Run
@@ -47,6 +50,20 @@ def test_the_largest_push_is_found_by_bisection_and_legs_stay_solid(controller, 
     assert largest_push(controller, 0.0, 0.0, forces) == 250.0  # deeper legs are no survival
     assert len(tried) <= 4
     assert largest_push(controller, 0.0, 0.0, (400.0, 500.0)) == 0.0
+
+
+@pytest.mark.slow
+def test_a_walk_that_is_repeated_keeps_to_its_path_with_even_steps():
+    walk = Replay(pg.synthesize("walk", periodic=True, speed=1.3).record)
+    found = replay_once(walk, 10.0, seed=1)
+    assert found.survived
+    assert found.off_path < 0.03
+    assert found.error < np.deg2rad(3.0)
+    touchdowns = walk.gait.touchdowns
+    longer = {"r": [], "l": []}
+    for before, after in pairwise(touchdowns[len(touchdowns) // 2 :]):
+        longer[after.side].append((after.offset - before.offset)[:2] @ after.axes[:, 0])
+    assert np.abs([np.mean(each) for each in longer.values()]).max() < 0.015
 
 
 @pytest.mark.slow

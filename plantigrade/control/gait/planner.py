@@ -15,7 +15,7 @@ Offsets decay: the stance after the next is planned with :attr:`FootstepSettings
 the offset of the next, and so on, so that the person comes back onto the planned path.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -169,6 +169,8 @@ class FootstepLimits:
     max_foot_acceleration: float = np.inf  #: Greatest acceleration of the swing foot [m/s²]
     #: Room ahead or behind of all steps to come, by that of the next one
     lasting_room: float = 1.0
+    #: Velocity of the swing foot, on the way to its footstep [m/s]
+    foot_velocity: Float[Array, " 2"] = field(default_factory=lambda: np.zeros(2))
 
     @cached_property
     def rates(self) -> Float[Array, " m"]:
@@ -236,8 +238,11 @@ class FootstepLimits:
         return LIMIT_COST * np.maximum(missed, 0.0) ** 2
 
     def way(self, offset: Float[Array, "m 2"], left: Float[Array, " m"]) -> Float[Array, " m"]:
-        """Return how far the swing foot has to be moved [m]; arguments as for `swing_cost`."""
-        away = offset - self.swing_offset
+        """Return how far the swing foot has to be moved [m], beyond where it goes by itself.
+
+        Arguments as for `swing_cost`.
+        """
+        away = offset - self.swing_offset - 2.0 / 3.0 * left[:, None] * self.foot_velocity
         return np.sqrt((away * away).sum(axis=1))
 
 

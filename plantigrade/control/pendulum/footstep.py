@@ -59,7 +59,6 @@ class FootReach(FootstepLimits):
     max_descent: float  #: Greatest downward acceleration of the body [m/s²]
     #: Half axes of the ellipse around the stance foot [m]
     clear_way: Float[Array, " 2"]
-    foot_velocity: Float[Array, " 2"]  #: Velocity of the swing foot [m/s]
     hip: Float[Array, " 2"]  #: Hip of the swing leg, from the centre of mass [m]
     hip_height: float  #: Its height above the ankle at the reference's touchdown [m]
     hip_rise: float  #: Its vertical velocity [m/s]
@@ -180,8 +179,7 @@ class FootReach(FootstepLimits):
         Around the stance foot it bends: what counts is the greatest acceleration on the way, as a
         distance from rest to rest; without a push, the length of the way.
         """
-        away = offset - self.swing_offset - 2.0 / 3.0 * left[:, None] * self.foot_velocity
-        straight = np.sqrt((away * away).sum(axis=1))
+        straight = super().way(offset, left)
         size = np.minimum(self.clear_way, [np.inf, self.min_width])
         if size[1] <= 0.0:
             return straight

@@ -157,7 +157,8 @@ class FootstepPlanner:
             side=foot.side_sign,
             leg_length=self.leg_length,
             min_width=min(gait.settings.swing.min_foot_distance * self.leg_length, width),
-            swing_offset=feet[i, :2] - then.foot_position[i, :2] - path,
+            swing_offset=foot.swing.offset - path,  # along the motion it goes by itself
+            foot_velocity=foot.swing.velocity,
             settings=self.settings,
             max_foot_acceleration=gait.settings.swing.max_acceleration,
         )
