@@ -59,7 +59,7 @@ class ReplaySettings:
     """Footsteps, crossing over by 4 % of a leg at most: the path of a foot is that of the motion,
     and leads through the other leg, where walks that are planned go around it. Rates of the phase
     are no slower than 0.8: with the slower ones and farther crossing of these walks, the weakest of
-    16 pushes at 0 and half of a step was 50 N in place of 150."""
+    24 pushes at 0, 0.25 and 0.5 of a step was 50 N in place of 150."""
     path: PathReturnSettings = PathReturnSettings()
     recovery: WaitingSettings = WaitingSettings()
     tasks: GaitTaskSettings = GaitTaskSettings(
