@@ -18,11 +18,11 @@ from experiments.cached_results import CachedResults, Cases, Result
 from experiments.human_pushes import N_PUSHES, people_cases, people_rows, pushed_summary
 from experiments.last_pushed import pushed_at
 from experiments.push_limits import PushTest, directions, push_limit
-from experiments.push_shares import push_summary, share_cases, share_rows
+from experiments.push_shares import push_summary, share_cases, share_rows, survived_rows
 from experiments.push_table import polar
 from experiments.specification import Specification, default_summary, gap_remarks
 from experiments.standing import Standing, is_standing
-from experiments.table import Grid, Row, at_least, at_most
+from experiments.table import Grid, Row, at_least
 from experiments.walk_trial import WATCH_TIME
 from experiments.walkers import guest_named
 from experiments.walking import CONTROLLERS, HEIGHT, MASS, person, runs, walking
@@ -105,12 +105,14 @@ def limit(
     pushed = pushed_at(one, phase)
     feet: dict[float, bool] = {}
     impacts: dict[float, float] = {}
+    bends: dict[float, float] = {}
+    leans: dict[float, float] = {}
 
     def withstands(force: float) -> bool:
         found = pushed(force, float(np.deg2rad(degrees)), duration, WATCH_TIME)
         feet[force] = found.survived
         if found.survived:
-            impacts[force] = found.peak
+            impacts[force], bends[force], leans[force] = found.peak, found.bend, found.lean
         return found.withstood
 
     found = push_limit(withstands, guess=MIN_MEDIAN_LIMIT, step=step, most=MAX_FORCE, below=(0.5,))
@@ -120,6 +122,8 @@ def limit(
         "tried": len(found.tried),
         "on_feet": max((f for f, stood in feet.items() if stood), default=0.0),
         "impacts": impacts,
+        "bends": bends,
+        "leans": leans,
         "grid": step,
         "open": found.open,
         "mass": pushed.mass,
@@ -211,12 +215,16 @@ def tables(cached: CachedResults) -> Iterator[Grid]:
         yield Grid(f"{controller}, {kind}: largest push [N]", header, lines)
 
 
-def _impacts(found: Map) -> list[tuple[float, float, float, float]]:
-    """Return phase, direction [deg], force [N] and impact [body weights] of survived pushes."""
+def _survived(found: Map, what: str) -> list[tuple[float, float, float, float]]:
+    """Return phase, direction [deg], force [N] and a figure of survived pushes.
+
+    Args:
+        what: ``impacts`` [body weights], ``bends`` or ``leans`` [deg].
+    """
     return [
-        (p, d, float(force), impact)
+        (p, d, float(force), value)
         for (p, d), r in sorted(found.items())
-        for force, impact in r.get("impacts", {}).items()
+        for force, value in r.get(what, {}).items()
         if float(force) > 0.0
     ]
 
@@ -226,7 +234,7 @@ def hard_landings(cached: CachedResults) -> Iterator[Grid]:
     for (kind, controller), found in maps(cached).items():
         lines = [
             [f"{100 * p:g} %", f"{d:g}", f"{force:g}", f"{impact:.1f}"]
-            for p, d, force, impact in _impacts(found)
+            for p, d, force, impact in _survived(found, "impacts")
             if impact > MAX_IMPACT
         ]
         title = (
@@ -260,10 +268,11 @@ def rows(cached: CachedResults) -> Iterator[Row]:
         yield Row(subject, "worst on feet", float(feet.min()), "N")
         yield Row(subject, "median on feet", float(np.median(feet)), "N")
         yield from _by_body(subject, middle, KINDS[kind][0], mass_of(found))
-        usual = [impact for _, _, force, impact in _impacts(found) if force <= MAX_IMPACT_PUSH]
-        if usual:
-            words = f"hardest landing, pushes up to {MAX_IMPACT_PUSH:g} N"
-            yield at_most(subject, words, max(usual), MAX_IMPACT, "BW")
+        usual = {
+            what: [value for _, _, f, value in _survived(found, what) if f <= MAX_IMPACT_PUSH]
+            for what in ("impacts", "bends", "leans")
+        }
+        yield from survived_rows(subject, MAX_IMPACT_PUSH, MAX_IMPACT, **usual)
         yield Row(subject, "cases", len(force))
     if own := [r["force"] for r in cached.select("standing").values()]:
         middle = float(np.median(own))

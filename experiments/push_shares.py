@@ -27,6 +27,9 @@ PHASES = (0.125, 0.375, 0.625, 0.875)
 """Phases of the gait cycle at which they begin."""
 N_DIRECTIONS = 8
 """Number of directions."""
+MAX_BEND = 35.0
+"""Goal: greatest angle of the upper trunk against the pelvis [deg]: people bend thoracic and lumbar
+spine by up to 30° backward and 35° sideways [AAOS1965]_."""
 
 
 def outcome(
@@ -39,7 +42,9 @@ def outcome(
     return {
         "withstood": bool(found.withstood),
         "survived": bool(found.survived),
-        "impact": float(found.peak),
+        "impact": found.peak,
+        "bend": found.bend,
+        "lean": found.lean,
     }
 
 
@@ -93,13 +98,42 @@ def share_rows(
             falling = np.minimum.accumulate(share)[::-1]
             half = float(np.interp(0.5, falling, forces[::-1]))
             yield at_least(subject, "force at which half are withstood", half, goal, "N")
-        usual = [
-            r["impact"] for f in forces if f <= impact_force for r in pushes[f] if r["survived"]
-        ]
+        usual = [r for f in forces if f <= impact_force for r in pushes[f] if r["survived"]]
+        figures = {f"{k}s": [r[k] for r in usual if k in r] for k in ("impact", "bend", "lean")}
+        yield from survived_rows(subject, impact_force, max_impact, **figures)
         if usual:
-            hard = 100.0 * float(np.mean(np.array(usual) > max_impact))
-            words = f"hardest landing, pushes up to {impact_force:g} N"
-            yield at_most(subject, words, max(usual), max_impact, "BW")
+            hard = 100.0 * float(np.mean(np.array(figures["impacts"]) > max_impact))
             words = f"landings beyond {max_impact:g} BW, pushes up to {impact_force:g} N"
             yield Row(subject, words, hard, "%")
         yield Row(subject, "cases", sum(map(len, pushes.values())))
+
+
+def survived_rows(
+    subject: str,
+    force: float,
+    max_impact: float,
+    impacts: Sequence[float],
+    bends: Sequence[float],
+    leans: Sequence[float],
+) -> Iterator[Row]:
+    """Return the hardest landing, and how far the back is bent and the trunk leans.
+
+    Args:
+        subject: Subject of the rows.
+        force: Force up to which pushes are given [N].
+        max_impact: Goal of the hardest landing [body weights].
+        impacts: Greatest force on a foot after each survived push [body weights].
+        bends: Greatest bend of the back [deg].
+        leans: Greatest lean of the upper trunk [deg].
+    """
+    if impacts:
+        words = f"hardest landing, pushes up to {force:g} N"
+        yield at_most(subject, words, max(impacts), max_impact, "BW")
+    if known := [value for value in bends if np.isfinite(value)]:
+        words = f"back bent at most, pushes up to {force:g} N"
+        yield at_most(subject, words, max(known), MAX_BEND, "deg")
+        yield Row(
+            subject, f"back bent, median of pushes up to {force:g} N", float(np.median(known)), "°"
+        )
+    if known := [value for value in leans if np.isfinite(value)]:
+        yield Row(subject, f"trunk leans at most, pushes up to {force:g} N", max(known), "deg")

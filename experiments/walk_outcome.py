@@ -46,7 +46,10 @@ class WalkOutcome:
         speed: Speed of the gait [m/s].
         height: Mean height of its centre of mass [m].
         period: Duration of a stride [s].
-        peak: Greatest vertical force on a foot [body weights]; of a pushed walk since the push.
+        peak: Greatest vertical force on a foot [body weights]; of a pushed walk since the push, as
+            the next two.
+        lean: Greatest angle of the upper trunk against the vertical [deg].
+        bend: Greatest angle of the upper trunk against the pelvis, their upward axes [deg].
     """
 
     survived: bool
@@ -60,6 +63,8 @@ class WalkOutcome:
     height: float
     period: float
     peak: float = 0.0
+    lean: float = float("nan")
+    bend: float = float("nan")
 
     @property
     def seconds(self) -> float:

@@ -26,6 +26,7 @@ from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.site import GEOM_PREFIX
 from plantigrade.control.gait.clearance import MAX_LEG_OVERLAP, LegOverlap
+from plantigrade.models.landmarks import attachments
 from plantigrade.threads import on_one_thread
 from plantigrade.world import (
     Command,
@@ -163,7 +164,7 @@ class WalkTrial:
         self.frame = np.array([axis, [-axis[1], axis[0]]])
         self.state = world.reset()
         self.start = self.state.body.com[:2].copy()
-        self._legs, self._feet = LegOverlap(world), _Feet(world)
+        self._legs, self._feet, self._back = LegOverlap(world), _Feet(world), _Back(world)
         self._time: list[float] = []
         self._com: list[Array] = []
         self._error: list[float] = []
@@ -193,10 +194,11 @@ class WalkTrial:
         self._com.append(np.append(self.frame @ (place[:2] - self.start), up))
         self._legs.update()
         self._feet.look(self.state, self.frame, self.start)
+        self._back.look(self.state)
 
-    def forget_peak(self) -> None:
-        """Let the greatest force on a foot count from now on."""
-        self._feet.peak = 0.0
+    def forget_peaks(self) -> None:
+        """Let the greatest force on a foot, lean and bend count from now on."""
+        self._feet.peak = self._back.lean = self._back.bend = 0.0
 
     def walked(self, pushed: tuple[float, float] | None = None, end: str = "") -> WalkOutcome:
         """Return the outcome.
@@ -224,6 +226,8 @@ class WalkTrial:
             self.height,
             self.walker.period,
             self._feet.peak,
+            self._back.lean,
+            self._back.bend,
         )
 
     def copied(self) -> "WalkTrial":
@@ -300,7 +304,7 @@ class PushedWalk:
             return self._fell
         going = self._before.copied() if self._copies else self._walked()
         world, end = going.world, self.begin + duration
-        going.forget_peak()
+        going.forget_peaks()
         way = going.frame.T @ [np.cos(direction), np.sin(direction)]
         vector, body = force * np.append(way, 0.0), body_index(world.human)
         while going.on and world.time < end + watch - 0.5 / world.rate:
@@ -361,3 +365,23 @@ class _Feet:
                     heel = bool(centre @ state.body.rotation(self._body[i])[:, 0] < 0.0)
                     self.landings.append(Landing(state.time, side, (ahead, left), heel))
                 self._off[i] = None
+
+
+class _Back:
+    """Records how far the upper trunk leans, and how far the back is bent, at most [deg]."""
+
+    def __init__(self, world: World):
+        landmarks = attachments(world.human)
+        self._upper, self._pelvis = landmarks["c7"].body, landmarks["asis_r"].body
+        self.lean = self.bend = 0.0
+
+    def look(self, state: State) -> None:
+        """Compare the upward axes of upper trunk, pelvis and world."""
+        upper, pelvis = (state.body.rotation(name)[:, 2] for name in (self._upper, self._pelvis))
+        self.lean = max(self.lean, _angle(upper[2]))
+        self.bend = max(self.bend, _angle(upper @ pelvis))
+
+
+def _angle(cosine: float) -> float:
+    """Return the angle of a cosine [deg]."""
+    return float(np.rad2deg(np.arccos(np.clip(cosine, -1.0, 1.0))))

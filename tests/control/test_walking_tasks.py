@@ -46,13 +46,23 @@ def test_a_point_that_hangs_over_the_ground_bears_nothing():
     assert weak.limited > 0 and np.abs(weak.torque).max() <= 5.0 + 1e-9
 
 
-def test_a_neck_that_is_off_costs_more_than_other_joints():
-    names, scale = HUMAN.coordinates, TASKS.settings.neck_error_scale
-    neck = np.array(["neck_" in name for name in names])
-    still = np.zeros(2)
-    costs = [TASKS.posture_cost(np.full(len(names), off), still) for off in (0.0, 4 * scale)]
+@pytest.mark.parametrize(
+    "part, scale, dcm_error, factor",
+    [
+        ("neck_", TASKS.settings.neck_error_scale, 0.0, 17.0),
+        ("neck_", TASKS.settings.neck_error_scale, 9.0, 17.0),
+        ("lumbar_", TASKS.settings.trunk_error_scale, 0.0, 1.0),
+        ("lumbar_", TASKS.settings.trunk_error_scale, 9.0, 17.0),
+    ],
+)
+def test_a_neck_that_is_off_costs_more_and_a_trunk_while_it_balances(
+    part, scale, dcm_error, factor
+):
+    own = np.array([part in name for name in HUMAN.coordinates])
+    lost, off = np.array([0.0, dcm_error]), np.where(own, 4 * scale, 0.0)
+    costs = [TASKS.posture_cost(error, lost) for error in (np.zeros(len(own)), off)]
     ratio = (costs[1] / np.maximum(costs[0], 1e-9))[6:]
-    assert ratio[neck] == pytest.approx(17.0) and ratio[~neck] == pytest.approx(1.0)
+    assert ratio[own] == pytest.approx(factor) and ratio[~own] == pytest.approx(1.0)
 
 
 def test_arms_are_free_to_balance_only_while_balance_is_lost():

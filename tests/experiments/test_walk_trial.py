@@ -239,3 +239,4 @@ def test_a_survived_push_lands_softly(data):
     found.append(PushedWalk(one, 0.75)(300.0, 1.75 * np.pi, 0.4, watch=1.0))  # forefoot: 6.9
     assert all(outcome.survived for outcome in found)
     assert max(outcome.peak for outcome in found) < 6.0
+    assert max(outcome.bend for outcome in found) < 25.0  # the trunk as a free flywheel: 29°

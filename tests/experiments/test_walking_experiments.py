@@ -55,6 +55,8 @@ def made(monkeypatch):
     one = {"gaps": [], "tried": 5, "open": False}
     does(push_map, "limit", lambda *item: {**one, "force": item[3] * 100 + 200, "on_feet": 500.0,
                                            "impacts": {"200": 4.0, "300": item[3] * 10, "400": 9.0},
+                                           "bends": {"200": 20.0, "300": item[3] * 30, "400": 70.0},
+                                           "leans": {"200": 10.0, "400": 80.0},
                                            "grid": item[5]})  # fmt: skip
     does(push_map, "standing", {"force": 100.0, "gaps": [60.0], "grid": 20.0})
     given = {"survived": True, "withstood": True, "end": "", "detour": 0.4, "first": 0.2,
@@ -149,6 +151,8 @@ def test_the_map_has_every_direction_at_every_phase_and_the_finest_grid_counts(
     assert figures["pendulum_force_worst_n"] == 200.0 and figures["pendulum_force_best_n"] == 280.0
     assert figures["pendulum_force_cases"] == 30, "none of the coarse map"
     assert figures["pendulum_force_hardest_landing_pushes_up_to_300_n_bw"] == pytest.approx(8.0)
+    assert figures["pendulum_force_back_bent_at_most_pushes_up_to_300_n_deg"] == pytest.approx(24.0)
+    assert figures["pendulum_force_trunk_leans_at_most_pushes_up_to_300_n_deg"] == 10.0
     (hard,) = push_map.hard_landings(CachedResults(tmp_path / "push-map.json"))
     assert {line[2] for line in hard.lines} == {"300", "400"}
     assert all(float(line[3]) > push_map.MAX_IMPACT for line in hard.lines)

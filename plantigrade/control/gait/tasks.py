@@ -16,7 +16,7 @@ from plantigrade.wbc.tasks import LinearMomentumTask, OrientationTask, PointTask
 from plantigrade.wbc.tasks.task import Target
 
 LEGS = ("hip_", "knee_", "ankle_", "subtalar_")
-TRUNK = ("lumbar_", "thor")
+TRUNK = ("lumbar_", "lower_thorax_", "thorax_")
 
 
 @dataclass(frozen=True, kw_only=True)
