@@ -133,7 +133,10 @@ def survived_rows(
         words = f"back bent at most, pushes up to {force:g} N"
         yield at_most(subject, words, max(known), MAX_BEND, "deg")
         yield Row(
-            subject, f"back bent, median of pushes up to {force:g} N", float(np.median(known)), "°"
+            subject,
+            f"back bent, median of pushes up to {force:g} N",
+            float(np.median(known)),
+            "deg",
         )
     if known := [value for value in leans if np.isfinite(value)]:
         yield Row(subject, f"trunk leans at most, pushes up to {force:g} N", max(known), "deg")

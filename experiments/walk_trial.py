@@ -378,8 +378,8 @@ class _Back:
     def look(self, state: State) -> None:
         """Compare the upward axes of upper trunk, pelvis and world."""
         upper, pelvis = (state.body.rotation(name)[:, 2] for name in (self._upper, self._pelvis))
-        self.lean = max(self.lean, _angle(upper[2]))
-        self.bend = max(self.bend, _angle(upper @ pelvis))
+        self.lean = max(self.lean, _angle(float(upper[2])))
+        self.bend = max(self.bend, _angle(float(upper @ pelvis)))
 
 
 def _angle(cosine: float) -> float:
