@@ -32,6 +32,10 @@ MAX_BEND = 35.0
 spine by up to 30° backward and 35° sideways [AAOS1965]_."""
 
 
+SURVIVED = ("impact", "bend", "lean")
+"""Figures of a survived push."""
+
+
 def outcome(
     controller: str, data: Path | None, duration: float, phase: float, degrees: float, force: float
 ) -> Result:
@@ -99,10 +103,10 @@ def share_rows(
             half = float(np.interp(0.5, falling, forces[::-1]))
             yield at_least(subject, "force at which half are withstood", half, goal, "N")
         usual = [r for f in forces if f <= impact_force for r in pushes[f] if r["survived"]]
-        figures = {f"{k}s": [r[k] for r in usual if k in r] for k in ("impact", "bend", "lean")}
-        yield from survived_rows(subject, impact_force, max_impact, **figures)
+        impacts, bends, leans = ([r[k] for r in usual if k in r] for k in SURVIVED)
+        yield from survived_rows(subject, impact_force, max_impact, impacts, bends, leans)
         if usual:
-            hard = 100.0 * float(np.mean(np.array(figures["impacts"]) > max_impact))
+            hard = 100.0 * float(np.mean(np.array(impacts) > max_impact))
             words = f"landings beyond {max_impact:g} BW, pushes up to {impact_force:g} N"
             yield Row(subject, words, hard, "%")
         yield Row(subject, "cases", sum(map(len, pushes.values())))

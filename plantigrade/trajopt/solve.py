@@ -3,9 +3,9 @@
 A task is solved on its own mesh from its own guess, or from the motion of a similar task on the
 corresponding mesh. If the solver stalls near by, it goes on from there with a larger barrier. If
 that fails, easier problems lead the way: half the nodes; then a cost of smoothness alone, from
-which the true problem is then solved. Once solved, the mesh
-is refined wherever the motion between nodes requires a wrench that contact cannot provide, or more
-torque, speed or range than a joint has, takes limbs into each other, or a swinging foot too low.
+which the true problem is then solved. Once solved, the mesh is refined wherever the motion between
+nodes requires a wrench that contact cannot provide, or more torque, speed or range than a joint
+has, takes limbs into each other, or a swinging foot too low.
 Every step is a :class:`~plantigrade.trajopt.solution.Stage` that the user sees.
 """
 
