@@ -99,6 +99,7 @@ def _read_frames(
         raise FileError(path, problem, remedy="correct the motion file")
     if still:
         warnings.append(f"bones without values were kept in the rest pose: {', '.join(still)}")
+    _fill_ends(values, asf, warnings)
     return numbers, values, radians
 
 
@@ -186,6 +187,35 @@ def _whole_frames(
         warnings.append(f"frame {number:.0f}{more} lacks {', '.join(gone[:5])} and was left out")
     numbers = np.array([number for number, _ in whole])
     return numbers, {name: np.array([frame[name] for _, frame in whole]) for name in names}
+
+
+def _fill_ends(values: dict[str, np.ndarray], asf: AsfSkeleton, warnings: list[str]) -> None:
+    """Give bones that are not known yet, or no longer, the values of the nearest frame.
+
+    Files of the CMU database have zeros there: an arm that is in the rest pose for two frames and
+    then beside the body. A bone is unknown in the first or last frames where several channels are
+    exactly zero, or its only one and its parent is unknown too. Frames in which most bones are zero
+    are a rest pose that was meant.
+    """
+    still = {name: ~rows.any(axis=1) for name, rows in values.items()}
+    posed = np.mean(list(still.values()), axis=0) < 0.5
+    unknown: dict[str, np.ndarray] = {}
+    for bone in (b for b in asf.bones if b.name in values):
+        above = asf.bones[bone.parent].name if bone.parent >= 0 else "root"
+        gone = still[bone.name] & posed
+        if len(bone.dof) < 2:
+            gone &= unknown.get(above, np.zeros(len(gone), dtype=bool))
+        known = np.flatnonzero(~gone)
+        if not len(known):
+            continue
+        nearest = np.clip(np.arange(len(gone)), known[0], known[-1])
+        unknown[bone.name] = nearest != np.arange(len(gone))
+        values[bone.name] = values[bone.name][nearest]
+    if filled := [name for name, where in unknown.items() if where.any()]:
+        warnings.append(
+            "bones without values at the beginning or end were kept as in the nearest frame: "
+            f"{', '.join(filled)}"
+        )
 
 
 def _scale(asf: AsfSkeleton, unit: str | None, warnings: list[str]) -> float:

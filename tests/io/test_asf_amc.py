@@ -209,6 +209,24 @@ def test_incomplete_frame_is_dropped(data):
     assert any("ltoes" in text for text in recording.warnings)
 
 
+def test_bones_that_are_zero_until_they_are_known_are_kept_as_then(leg):
+    moved = AMC.replace("lfemur -90 0 0", "lfemur -80 5 0").replace(
+        "lfemur 0 0 90", "lfemur -70 6 0"
+    )
+    begins = moved.replace("root 1 2 3 0 0 0", "root 1 2 3 0 9 0").replace(
+        "ltibia 0\n2", "ltibia 7\n2"
+    )
+    leg.write_text(begins)
+    unknown = read_amc(leg)
+    leg.write_text(begins.replace("lfemur 0 0 0", "lfemur -80 5 0"))
+    known = read_amc(leg)
+    np.testing.assert_allclose(unknown.skeleton.ends, known.skeleton.ends)
+    assert any("nearest frame: lfemur" in text for text in unknown.warnings)
+    assert not any("nearest frame" in text for text in known.warnings)
+    leg.write_text(moved)  # a rest pose that was meant: the knee is straight, too
+    assert not any("nearest frame" in text for text in read_amc(leg).warnings)
+
+
 def test_missing_frame_keeps_its_time(leg):
     leg.write_text(AMC.replace("2\nroot 1 2 4 0 90 0\nlfemur -90 0 0\nltibia 90\n", ""))
     np.testing.assert_allclose(read_amc(leg).skeleton.time, [0, 2 / 120])
