@@ -18,12 +18,15 @@ from plantigrade.control.balance import (
     HybridSettings,
     MotionReference,
 )
+from plantigrade.control.gait.loads import LoadSettings
+from plantigrade.control.gait.reference import period_of
 from plantigrade.control.numbers import changed, numbers_of
-from plantigrade.control.pendulum import PendulumSettings, WalkCommand, Walker
+from plantigrade.control.pendulum import Pendulum, PendulumSettings, WalkCommand, Walker, walk_of
 from plantigrade.control.posture import Posture, PostureSettings, passive
 from plantigrade.control.replay import Replay, ReplaySettings
 from plantigrade.control.tracking import Tracking, TrackingSettings
 from plantigrade.errors import ParameterError, known_names
+from plantigrade.kinematics.stride import sole_paths
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.options import refuse_unknown
@@ -136,8 +139,10 @@ CONTROLLERS: Mapping[str, ControllerKind] = {
 }
 """Name of a controller → its factory and the class of its settings."""
 
-STANDING, MOVING, FORCED, SCRIPTED = "posture", "stable-pd", "replay", "balance"
-"""Defaults for standing, for a motion, for one with its forces, and for a foot motion."""
+STANDING, HELD, SCRIPTED = "posture", "stable-pd", "balance"
+"""Defaults for standing, for the posture of a single frame, and for a foot motion."""
+WALKING, MOVING = "pendulum", "replay"
+"""Defaults for a recorded walk, and for any other motion."""
 
 
 def controller_named(
@@ -201,12 +206,38 @@ def _names(word: str) -> frozenset[str]:
 def usual(
     motion: Motion | None, record: Record | None = None, script: MotionReference | None = None
 ) -> str:
-    """Return the name of the controller that is taken where none is named."""
+    """Return the name of the controller that is taken where none is named.
+
+    What was recorded moves no body exactly: feet slide, and forces do not fit the motion. A walk is
+    therefore walked as recorded by a pendulum, which repeats a stride of it for as long as asked;
+    what was planned or simulated is carried out as it is, and so is what is no walk.
+    """
     if script is not None:
         return SCRIPTED
     if motion is None:
         return STANDING
-    return FORCED if record is not None and record.has_forces else MOVING
+    if record is None or motion.n_frames == 1:
+        return HELD
+    return WALKING if _is_recorded_walk(record) else MOVING
+
+
+def _is_recorded_walk(record: Record) -> bool:
+    """Return whether a motion is a recorded walk that a pendulum can repeat.
+
+    Forces are those of each contact sphere where a motion was planned or simulated. People
+    who run or jump have both feet off the ground at times: in recordings by 2.5 to 42 cm, where
+    the lower foot of walks is up by 5 mm at most.
+    """
+    if record.has_forces and not any(site.measured for site in record.sites):
+        return False
+    try:
+        walk = walk_of(record)
+        Pendulum(walk)
+    except ParameterError:
+        return False
+    soles = sole_paths(walk.human, walk.motion.qpos).position[:, :, 2] - walk.ground.height
+    flies = soles.min(axis=1).max() > LoadSettings.max_height
+    return period_of(walk)[0] is not None and not flies
 
 
 def checked(name: str) -> str:

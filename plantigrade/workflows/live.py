@@ -12,7 +12,6 @@ from threading import Event
 from typing import Any
 
 from plantigrade.contact.ground import Ground
-from plantigrade.control.choices import usual
 from plantigrade.errors import PlantigradeError
 from plantigrade.live.clock import Clock
 from plantigrade.live.session import Choice, Session, SessionWorld, run
@@ -77,9 +76,7 @@ class SessionWorlds:
     @property
     def choice(self) -> Choice:
         """Return the choices that the settings make."""
-        word = self.how.controller or usual(self.first.motion, self.first.record, self.first.script)
-        if self.own is not None:
-            word = self.own.name
+        word = self.first.controller if self.own is None else self.own.name
         return Choice(word, self.first.human.feet, self.first.human.joints)
 
     def __call__(
@@ -161,8 +158,9 @@ def prepare(
         options["controller"] = controller
     how = SimulateSettings.given("simulate", settings, options)
     mismatch, acting = surroundings(how)
-    begin = start_of(source, how, step, command)
-    own = None if controller is None or isinstance(controller, str) else controller
+    named = controller is None or isinstance(controller, str)
+    own = None if named else controller_from(controller)
+    begin = start_of(source, how, step, command, own)
     stage = SessionWorlds(begin, mismatch, how, (*acting, *disturbances), own)
     session = Session(stage, stage.choice, until=how.duration)
     return Live(session=session, stage=stage, began=clock.perf_counter())

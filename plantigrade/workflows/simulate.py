@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from plantigrade.analyze.impact import force_on_feet, impact_notes
-from plantigrade.control.choices import STANDING, usual
+from plantigrade.control.choices import STANDING
 from plantigrade.control.gait.reference import period_of
 from plantigrade.control.numbers import numbers_of
 from plantigrade.errors import ParameterError, PlantigradeError
@@ -116,14 +116,10 @@ def run_simulation(
     if by_hand:
         raise ParameterError(f"then={by_hand[0]!r} needs a time, except with --live: {THEN}")
     mismatch, acting = surroundings(how)
-    begin = start_of(source, how, step, command)
-    ground = mismatch.ground_of(begin.ground)
-    word = how.controller or usual(begin.motion, begin.record, begin.script)
-    if controller is None:
-        moved_by = controller_of(begin, ground, how, word)
-    else:
-        moved_by = controller_from(controller)
-        word = how.controller or moved_by.name
+    own = None if controller is None else controller_from(controller)
+    begin = start_of(source, how, step, command, own)
+    ground, word = mismatch.ground_of(begin.ground), begin.controller
+    moved_by = controller_of(begin, ground, how, word) if own is None else own
     how.refuse_unused(word)
     lasts = _duration(begin, how, moved_by)
     begins = [(_called(each), min(each.edges(), default=0.0)) for each in (*acting, *disturbances)]

@@ -100,7 +100,7 @@ class SimulateSettings(RecordingSettings):
             if not is_policy(self.controller):
                 checked(self.controller)
         self.refuse(("norms",), "on a simulation; give them to plantigrade report")
-        usual = ("balance",) if self.motion else ("posture", "stable-pd", "replay")
+        usual = ("balance",) if self.motion else ("posture", "stable-pd", "replay", "pendulum")
         self.refuse_unused(*((self.controller,) if self.controller else usual))
         if (
             self.rate is not None

@@ -15,7 +15,7 @@ from plantigrade.contact.limb_sites import SUPPORTED_PARTS
 from plantigrade.contact.site import ContactSite
 from plantigrade.control import Situation, controller_named
 from plantigrade.control.balance import MotionReference, feasible_motion, script_named, scripted
-from plantigrade.control.choices import SCRIPTED
+from plantigrade.control.choices import SCRIPTED, WALKING, usual
 from plantigrade.control.pendulum import WalkCommand, walk_of
 from plantigrade.control.pendulum.command import RECORDED
 from plantigrade.control.pendulum.path import depths_of, path_of, speeds_of
@@ -61,6 +61,7 @@ class Start:
     figures: Mapping[str, Any] | None = None  #: Known figures of the person
     notes: tuple[str, ...] = ()  #: Notes for the user
     record: Record | None = None  #: The motion with its forces
+    controller: str = ""  #: Name of the controller: the one that was named, or the usual one
     #: Reference of balance: a foot motion, or a motion brought over the feet
     script: MotionReference | None = None
     policy: Controller | None = None  #: Learned controller
@@ -73,10 +74,17 @@ class Start:
         return standing_on(self.human, ground, placement=self.place)
 
 
-def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> Start:
+def start_of(
+    source: Any,
+    how: SimulateSettings,
+    step: Step,
+    command: str,
+    own: Controller | None = None,
+) -> Start:
     """Return the start from a recording, a run or its folder; standing without one.
 
-    The walk of a pendulum starts with the stride that it repeats.
+    The walk of a pendulum starts with the stride that it repeats. A controller of one's own gets
+    the motion as it is.
 
     Raises:
         ParameterError: If a run and a person are given, it starts below its ground, or it rests on
@@ -89,12 +97,15 @@ def start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> St
     if is_policy(how.controller):
         return _learned(source, how, command)
     begin = _start_of(source, how, step, command)
-    record = begin.record
+    record, word = begin.record, how.controller
+    if word is None:
+        word = usual(begin.motion, record, begin.script) if own is None else own.name
+    begin = replace(begin, controller=word)
     if record is None:
         return begin
-    walk = walk_of(record) if how.controller == "pendulum" else record
+    walk = walk_of(record) if word == WALKING else record
     begin = replace(begin, notes=(*begin.notes, *_external_notes(record, walk)))
-    if how.controller != "pendulum":
+    if word != WALKING:
         return begin
     notes = (*begin.notes, *walk.notes[len(record.notes) :])
     return replace(

@@ -1,7 +1,7 @@
 """The table of controllers, and what a controller may offer."""
 
 import re
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +10,7 @@ import pytest
 from plantigrade.contact.ground import Ground
 from plantigrade.control import CONTROLLERS, Posture, Situation, controller_named
 from plantigrade.control.choices import having, usual
+from plantigrade.control.gait.person import world_sites
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -44,11 +45,26 @@ def test_every_controller_of_the_table_moves_a_person_and_is_in_the_manual(situa
 def test_who_stands_holds_a_posture_and_another_name_is_refused(situation):
     still = Situation(human=situation.human, ground=Ground())
     assert isinstance(controller_named(None, still), Posture)
-    assert usual(situation.motion, situation.record) == "stable-pd"
+    assert usual(situation.motion, situation.record) == "replay"
+    assert usual(situation.motion) == "stable-pd"
     with pytest.raises(ParameterError, match="no controller 'pd'; there are .*passive, posture"):
         controller_named("pd", still)
     with pytest.raises(ParameterError, match="stable-pd needs a motion"):
         controller_named("stable-pd", still)
+
+
+def test_a_recorded_walk_is_walked_by_a_pendulum_and_any_other_motion_is_replayed(walk):
+    assert usual(walk.motion, walk) == "pendulum"
+    sites = world_sites(walk)
+    force = np.zeros((walk.motion.n_frames, len(sites), 3))
+    planned = replace(walk, sites=sites, contact_force=force, contact_point=force)
+    assert usual(planned.motion, planned) == "replay"
+    qpos = walk.motion.qpos.copy()
+    qpos[:, 2] += 0.1 * np.sin(np.pi * np.arange(len(qpos)) / (len(qpos) - 1)) ** 2
+    flying = replace(walk, motion=replace(walk.motion, qpos=qpos))
+    assert usual(flying.motion, flying) == "replay"
+    uphill = replace(walk, ground=replace(walk.ground, slope=0.1))
+    assert usual(uphill.motion, uphill) == "replay"
 
 
 def test_a_target_keeps_to_its_range():

@@ -16,7 +16,6 @@ from plantigrade.control.pendulum.reference import ScaledReference
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import BodyState
 from plantigrade.workflows.simulate import simulate
-from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.world import World
 
 
@@ -37,6 +36,14 @@ def test_longer_and_quicker_steps_keep_the_pendulum_true(walk):
     paced.scale(0.5, 1.0, 0.9)
     stride = paced.at(0.9 + paced.period).com - paced.at(0.9).com
     assert stride[0] == pytest.approx(0.5 * recorded.advance[0])
+    # Feet are as far behind the mass on average as the posture has them, whatever the step.
+    times = np.linspace(0.9, 0.9 + recorded.period, 50)
+    behind = [
+        np.mean([x.at(t).foot_position[:, 0] - x.at(t).com[0] for t in times])
+        for x in (paced, recorded)
+    ]
+    assert behind[0] == pytest.approx(behind[1], abs=0.003)
+    assert abs(behind[1]) > 0.03
 
 
 def test_words_of_speed_and_way_are_read_and_bad_ones_refused():
@@ -159,7 +166,7 @@ def test_a_walk_is_not_led_beyond_what_it_can(walk):
     with pytest.raises(ParameterError, match="walk that is repeated"):
         Walker(walk_of(replace(walk, motion=part)), WalkCommand(speed=speeds_of("1.0")))
     with pytest.raises(ParameterError, match="no effect without controller=pendulum"):
-        SimulateSettings.given("simulate", None, {"speed": "1.0"})
+        simulate(speed="1.0")
 
 
 def test_a_crouch_lowers_head_and_mass(walk):
