@@ -15,8 +15,9 @@ A mass ahead of its posture would make the trunk lean.
 
 The motion of a linear pendulum stays one when feet and mass are scaled alike: steps of another
 length at the same cadence need no other pressure within the foot. Only movements are scaled; the
-mean distance of feet and pelvis from the mass is that of the posture. Scaled as well, it had short
-steps bear the mass on the heels, and the trunk leaned back by 3 to 6°. At another cadence
+mean distance of feet and pelvis from the mass is that of the posture: scaled as well, it had short
+steps bear the mass on the heels, and the trunk leaned back, by 1.9° at 0.7 of the recorded speed
+(median of 16 walks; now 1.1°). At another cadence
 :math:`c` accelerations are :math:`c^2` times as great, and so must the mass be as much farther from
 the pressure, :math:`x - p' = c^2 (x - p)`; the sole is long enough for small changes.
 """
