@@ -44,7 +44,7 @@ def test_words_have_a_time_behind_them():
 
 def test_other_walks_are_those_of_a_pendulum_and_need_a_duration_without_a_viewer(walk):
     with pytest.raises(ParameterError, match="then has no effect without"):
-        SimulateSettings.given("simulate", None, {"then": ("stroll.c3d@4",)})
+        pg.simulate(then=("stroll.c3d@4",))
     with pytest.raises(ParameterError, match="upper_body has no effect without"):
         SimulateSettings.given(
             "simulate", None, {"controller": "balance", "upper_body": ("arm_flex_r=90",)}
