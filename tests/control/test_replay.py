@@ -8,10 +8,12 @@ import pytest
 
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control.gait.clearance import clearance_of
+from plantigrade.control.gait.person import world_sites
 from plantigrade.control.gait.phase import GaitPhaseSettings, GaitState, Touchdown
 from plantigrade.control.gait.reference import STEP, before, period_of, reference_of
 from plantigrade.control.gait.tasks import desired_accelerations, leg_joints
 from plantigrade.control.replay import Replay, ReplaySettings
+from plantigrade.control.replay.approach import ApproachSettings, with_approach
 from plantigrade.control.replay.summary import (
     describe_end,
     describe_steps,
@@ -267,6 +269,25 @@ def test_an_instant_can_be_held_still(replay):
     assert not held.v.any() and not held.foot_velocity.any()
     np.testing.assert_array_equal(held.q, ref.q)
     np.testing.assert_array_equal(held.cop, ref.com)
+
+
+def test_a_foot_that_glides_over_the_ground_is_lifted_and_comes_down_at_a_steady_speed(walk):
+    recorded, own = reference_of(walk), ApproachSettings(clearance=0.05, smoothing_time=1e-6)
+    of_side = [np.array([s.side == side for s in world_sites(walk)]).nonzero()[0] for side in SIDES]
+    found = with_approach(recorded, of_side, walk.ground, own)
+    for i, spheres in enumerate(of_side):
+        stands = np.any(recorded.rows.contact[:, spheres] > 0.5, axis=1)
+        lift = (found.rows.foot_position - recorded.rows.foot_position)[:, i, 2]
+        height = recorded.rows.contact_position[:, spheres, 2].min(axis=1) + lift
+        assert lift.max() > 0.0 and not lift[stands].any() and lift.min() >= 0.0
+        down = np.flatnonzero(stands[1:] & ~stands[:-1])[0]  # the last instant of a swing
+        for k in (5, 20):
+            assert height[down - k] >= own.speed * STEP * (k + 1) - 1e-9
+        speed = (found.rows.foot_velocity - recorded.rows.foot_velocity)[:, i, 2]
+        np.testing.assert_allclose(speed, np.gradient(lift, STEP), atol=1e-9)
+    np.testing.assert_array_equal(found.rows.q, recorded.rows.q)
+    flat = with_approach(recorded, of_side, walk.ground, replace(own, clearance=0.0))
+    np.testing.assert_array_equal(flat.table, recorded.table)
 
 
 def test_settings_reach_what_they_are_for(side_step, replay):

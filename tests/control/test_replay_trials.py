@@ -67,6 +67,15 @@ def test_a_walk_that_is_repeated_keeps_to_its_path_with_even_steps():
 
 
 @pytest.mark.slow
+def test_a_walk_uphill_keeps_to_its_path():
+    uphill = pg.synthesize("walk", periodic=True, slope=np.deg2rad(8.0)).record
+    found = replay_once(uphill, 10.0, seed=1)
+    assert found.survived
+    assert found.off_path < 0.05
+    assert found.error < np.deg2rad(4.0)
+
+
+@pytest.mark.slow
 def test_a_push_that_throws_anybody_over_is_not_survived(controller):
     assert largest_push(controller, 0.0, 0.0, (3000.0, 6000.0), after=1.0) == 0.0
 
