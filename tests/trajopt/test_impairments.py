@@ -160,21 +160,29 @@ def test_a_walk_from_standing_with_a_bag_is_solved_at_the_first_try():
 
 @pytest.mark.slow
 @pytest.mark.solver
-@pytest.mark.parametrize("mass", [10, 30])
-def test_a_bag_in_one_hand_hangs_beside_the_thigh(mass):
-    """The motion passes the check: with 10 kg the hand was led through both thighs before, and with
-    30 kg the solver stalled."""
-    run = pg.synthesize("walk", periodic=True, load=(f"hand_r={mass}",))
-    assert pg.check(run).ok
-    human, hands = run.record.human, []
-    for q in run.record.motion.qpos:
+@pytest.mark.parametrize("place, mass", [("hand_r", 10), ("hand_r", 20), ("hand_l", 30)])
+def test_a_bag_in_one_hand_hangs_beside_the_thigh_of_an_upright_person(place, mass):
+    """The motion passes the check on its first mesh: with 10 kg the hand was led through both
+    thighs before, with 20 kg the trunk leaned back by 19°, and 30 kg took six meshes."""
+    impairments = Impairments(load=(f"{place}={mass}",))
+    human = impairments.person(Human.create(1.74, 71.0, joints="43"))
+    task = impairments.task(human, make_task("walk", human, {"periodic": True}))
+    made = synthesize(task.body_of(human), task)
+    record = made.record()
+    assert pg.check(record).ok and len({stage.nodes for stage in made.stages}) == 1
+    hands, leans = [], []
+    outward = -1.0 if place == "hand_r" else 1.0
+    for q in record.motion.qpos:
         data = mujoco.MjData(human.model)
         data.qpos[:] = q
         mujoco.mj_kinematics(human.model, data)
-        hips, hand = (data.body(name).xpos for name in ("femur_r", "hand_r"))
+        hips, hand = (data.body(name).xpos for name in (f"femur_{place[-1]}", place))
         left = data.body("pelvis").xmat.reshape(3, 3)[:, 1]
-        hands.append(float((hips - hand) @ left))
+        hands.append(outward * float((hand - hips) @ left))
+        up = data.body(human.trunk).xmat.reshape(3, 3)[:, 2]
+        leans.append(float(np.rad2deg(np.arctan2(up[0], up[2]))))
     assert min(hands) > 0.08  # [m] to the side of the hip joint
+    assert mass > 20 or np.min(leans) > -6.0  # [deg] back
 
 
 @pytest.mark.parametrize(

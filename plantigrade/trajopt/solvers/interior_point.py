@@ -53,6 +53,12 @@ wrench between nodes that is allowed. Chosen."""
 NEARLY_MET = 1e-2  #: Violation of rows below which a point is near by [1]. Chosen.
 PATIENCE = 5
 """Number of iterations after which a point near by no longer waits for a smaller barrier [1]."""
+FALLING_COST = 0.01
+"""Relative fall of the cost within :data:`PATIENCE` iterations from which a point near by waits
+longer [1], where the last barrier parameter is small (:data:`SMALL_BARRIER`). Chosen: with 30 kg in
+one hand a walk came to it while its cost still fell, and stalled."""
+SMALL_BARRIER = 1e-5
+"""Barrier parameter that is small: that of tolerances of 1e-4, not of 1e-3. Chosen."""
 MAX_STALLED_ITERATIONS = 12  #: Maximum number of iterations without an accepted step [1]
 EQUATION_WEIGHT = 1e6  #: Weight of linear equations relative to the distance from a guess [1]
 
@@ -154,7 +160,7 @@ class InteriorPoint:
                     break
                 pause = None
             filter_ = filter_ or Filter(1e-4 * max(1.0, now.violation))
-            if self._lower_barrier(at, errors, now.violation):
+            if self._lower_barrier(at, errors, history):
                 filter_.clear()
             curved = multipliers is not None or number >= self._guessed
             solvable = self._kkt.factorise(at.x, curved=curved)
@@ -209,15 +215,17 @@ class InteriorPoint:
     def _complementarity(self, mu: float) -> float:
         return max(s.complementarity(mu) for s in self._slacks)
 
-    def _lower_barrier(self, at: _State, errors: _Errors, violation: float) -> bool:
+    def _lower_barrier(self, at: _State, errors: _Errors, history: Sequence[Iterate]) -> bool:
         """Lower the barrier parameter where its problem is solved well enough; say whether."""
         least, lowered = FINAL_BARRIER * self.options.tolerance, False
+        near = history[-1].violation < NEARLY_MET
         residual = max(float(np.abs(gap).max()) for gap in errors.gaps)
         at.at_mu += 1
         while at.mu > least:
             error = self._complementarity(at.mu) / errors.scale
             close = max(errors.dual, residual, error) <= 10 * at.mu
-            if not (close or (violation < NEARLY_MET and at.at_mu > PATIENCE)):
+            waits = at.at_mu <= PATIENCE or (least < SMALL_BARRIER and _falling(history))
+            if not close and (waits or not near):
                 break
             at.mu = max(least, min(0.2 * at.mu, at.mu**1.5))
             at.at_mu, lowered = 0, True
@@ -272,6 +280,12 @@ def _scale(slacks: Sequence[Slacks]) -> float:
         total += float(np.abs(s.y).sum() + s.z.sum())
         count += int(s.block.bound.sum() + s.limited.sum())
     return max(1.0, total / count / 100.0)
+
+
+def _falling(history: Sequence[Iterate]) -> bool:
+    """Return whether the cost has fallen much of late."""
+    before, now = history[max(len(history) - 1 - PATIENCE, 0)], history[-1]
+    return before.objective - now.objective > FALLING_COST * abs(now.objective)
 
 
 def _hopeless(history: Sequence[Iterate]) -> bool:

@@ -20,8 +20,8 @@ The cost is the same at every speed, for every person and every foot; the weight
   turning about the vertical changes, and the extension of the trunk [Pozzo1990]_, [Winter1995]_. A
   cost of the pelvis' angles instead takes the one wave a stride away that people have and leaves
   the faster ones that they do not; one of its angular velocity leaves nothing of it in slow walks;
-- the pelvis' lean away from that in standing; weakly, bending of joints of the trunk, and the arms
-  away from hanging.
+- the pelvis' lean away from that in standing, and extension of the thorax, whose range is small;
+  weakly, bending of the other joints of the trunk, and the arms away from hanging.
 
 Legs and arms are solid, legs pass each other with a margin, and the plan uses no more friction than
 people do [Fong2009]_.
@@ -117,7 +117,11 @@ def walking_terms(step_time: float, slope: float = 0.0) -> tuple[Term, ...]:
     weights = WEIGHTS
     torques = {"ankle_angle": 0.0, "knee_angle": weights.knee_torque}
     torques |= dict.fromkeys(TRUNK, weights.trunk_torque)
-    upright = {"pelvis_tilt": weights.pelvis_tilt, "arm_flex": weights.arm_flexion}
+    upright = {
+        "pelvis_tilt": weights.pelvis_tilt,
+        "thorax_extension": weights.thorax_extension,
+        "arm_flex": weights.arm_flexion,
+    }
     steady = ("pelvis_rotation", *(n for n in TRUNK if n.endswith("_extension")))
     return (
         Dynamics(),
@@ -135,7 +139,7 @@ def walking_terms(step_time: float, slope: float = 0.0) -> tuple[Term, ...]:
         Forces(rate=weights.force_rate * step_time**2),
         AngularMomentum(forward=weights.frontal_momentum, upward=weights.vertical_momentum),
         Upright("head", forward=1.0, sideways=3.0, turning=0.05),
-        Upright("trunk", sideways=weights.trunk_lean, away=1.2),
+        Upright("trunk", forward=weights.trunk_pitch, sideways=weights.trunk_lean, away=1.2),
         Posture(
             {**UPRIGHT_WEIGHTS, **upright},
             {**STANDING_POSTURE, "pelvis_tilt": -PELVIS_LEAN - slope},
