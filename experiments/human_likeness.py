@@ -45,6 +45,8 @@ GOALS = {
     "hip_moment_peak_ratio": ("hip moment peak", "%", 1.0, None, 100.0),
     "trunk": ("trunk lean", "deg", 0.0, 3.0, 1.0),
     "head": ("head lean", "deg", 0.0, 3.0, 1.0),
+    "trunk_range": ("range of trunk lean in a cycle", "deg", 0.0, 3.0, 1.0),
+    "head_range": ("range of head lean in a cycle", "deg", 0.0, 3.0, 1.0),
     "double_support": ("double support", "% of the cycle", 0.0, None, 1.0),
     "step_width": ("step width", "cm", 0.0, None, 100.0),
 }
@@ -188,6 +190,8 @@ COLUMNS = (
     ("excursion", "com_excursion", 1, 100.0),
     ("trunk deg", "trunk", 1, 1.0),
     ("head", "head", 1, 1.0),
+    ("trunk range", "trunk_range", 0, 1.0),
+    ("head range", "head_range", 0, 1.0),
     ("double support %", "double_support", 0, 1.0),
     ("step width cm", "step_width", 1, 100.0),
 )

@@ -25,7 +25,7 @@ PEAKS = ("first_peak", "trough", "second_peak")
 """Extremes of the vertical force of a foot in stance."""
 DIFFERENCE_MEASURES = (
     *("knee_at_strike", "least_knee", "com_height", "trunk", "head"),
-    *("double_support", "step_width"),
+    *("trunk_range", "head_range", "double_support", "step_width"),
 )
 """Measures of which the difference counts."""
 DOUBLE_SUPPORT_SD = 3.0  # [% of the cycle] of children at a free speed
@@ -46,7 +46,8 @@ def measures(record: Record, *, since: float = 0.0, force_cutoff: float | None =
     Returns:
         ``first_peak``, ``trough``, ``second_peak``, ``raw_peak`` [BW]; ``ankle``, ``knee``, ``hip``
         moments over the cycle [N m/kg]; ``knee_at_strike``, ``least_knee`` [deg]; ``com_height``,
-        ``com_excursion``, ``step_width`` [m]; ``trunk``, ``head`` leaning forward [deg];
+        ``com_excursion``, ``step_width`` [m]; ``trunk``, ``head`` leaning forward, on
+        average and their ``…_range`` in a cycle [deg];
         ``double_support`` [% of the cycle]. Unknown ones are NaN.
     """
     human, motion = record.human, record.motion
@@ -71,6 +72,7 @@ def measures(record: Record, *, since: float = 0.0, force_cutoff: float | None =
     for name, landmark in (("trunk", "c7"), ("head", "vertex")):
         ahead = leans(human, motion.qpos, landmark)[:, 0]
         found[name] = float(np.mean([ahead[cycle].mean() for cycle in cycles]))
+        found[f"{name}_range"] = float(np.median([np.ptp(ahead[cycle]) for cycle in cycles]))
     feet = foot_path(human, motion.qpos)
     steps = gait_measures(motion.time, feet.heel, feet.toe, events)
     found["double_support"] = steps.double_support.mean
