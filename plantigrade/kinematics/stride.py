@@ -173,7 +173,7 @@ def stride_of(human: Human, motion: Motion) -> Stride:
     if not np.isfinite(motion.qpos).all():
         raise ParameterError("a reference needs a motion without gaps: qpos has missing values")
     own = motion.time
-    motion = _off_the_belt(human, motion)
+    motion = off_the_belt(human, motion)
     strides = [(c.start, c.stop) for c in cut_cycles(motion.events)]
     strides = [s for s in strides if s[0] >= own[0] - 1e-9 and s[1] <= own[-1] + 1e-9]
     best = _most_even(_whole(human, motion, *s) for s in strides)
@@ -287,16 +287,20 @@ def stood_apart(human: Human, motion: Motion) -> float:
     return max(heights) - min(heights) if heights else 0.0
 
 
-def _off_the_belt(human: Human, motion: Motion) -> Motion:
-    """Return a motion that gets on, if it was on a belt."""
+def off_the_belt(human: Human, motion: Motion) -> Motion:
+    """Return a motion that gets on over the ground, if it was on a belt; else the same motion."""
     if np.linalg.norm(motion.qpos[-1, :2] - motion.qpos[0, :2]) > MIN_TRAVEL * motion.duration:
         return motion
     feet = [human.body(f"foot_{s}") for s in SIDES]
     toes = [max(i for i, b in enumerate(human.body_names, 1) if b[-2:] == f"_{s}") for s in SIDES]
     places, _ = body_paths(human, motion.qpos, [*feet, *toes])
-    qpos = motion.qpos.copy()
-    qpos[:, :3] -= moving_ground(motion.time, places[:, :2], places[:, 2:])
-    return replace(motion, qpos=qpos)
+    way = moving_ground(motion.time, places[:, :2], places[:, 2:])
+    if not way.any():
+        return motion
+    qpos, qvel = motion.qpos.copy(), motion.qvel.copy()
+    qpos[:, :3] -= way
+    qvel[:, :3] -= np.gradient(way, motion.time, axis=0)
+    return replace(motion, qpos=qpos, qvel=qvel)
 
 
 def _com_heights(human: Human, qpos: Float[Array, "n_rows nq"]) -> Float[Array, " n_rows"]:

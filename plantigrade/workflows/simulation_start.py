@@ -21,6 +21,7 @@ from plantigrade.control.pendulum.command import RECORDED
 from plantigrade.control.pendulum.path import depths_of, path_of, speeds_of
 from plantigrade.control.pendulum.settings import WALK_DURATION
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.stride import off_the_belt
 from plantigrade.learn.controller import PolicyController, load_controller
 from plantigrade.learn.policy import file_of
 from plantigrade.models import Human
@@ -103,6 +104,9 @@ def start_of(
     begin = replace(begin, controller=word)
     if record is None:
         return begin
+    if own is None and word != WALKING:
+        begin = _over_ground(begin, record)
+        record = begin.record or record
     walk = walk_of(record) if word == WALKING else record
     begin = replace(begin, notes=(*begin.notes, *_external_notes(record, walk)))
     if word != WALKING:
@@ -116,6 +120,17 @@ def start_of(
         notes=notes,
         walk=walk_command(begin, how, step),
     )
+
+
+def _over_ground(begin: Start, record: Record) -> Start:
+    """Return the start of a motion that gets on over the ground where it was on a treadmill."""
+    motion = off_the_belt(record.human, record.motion)
+    if motion is record.motion:
+        return begin
+    far = float(np.linalg.norm((motion.qpos[-1] - motion.qpos[0])[:2]))
+    note = Info(f"The motion was recorded on a treadmill; over the ground it goes {far:.1f} m.")
+    on = replace(record, motion=motion)
+    return replace(begin, record=on, motion=motion, notes=(*begin.notes, note))
 
 
 def _external_notes(record: Record, walk: Record) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from plantigrade.kinematics.leg_inverse import ANKLE, HIP, KNEE
 from plantigrade.kinematics.posture import leans
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import BodyState
-from plantigrade.kinematics.stride import stride_of
+from plantigrade.kinematics.stride import off_the_belt, stride_of
 from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
@@ -176,3 +176,18 @@ def test_a_stride_can_begin_where_one_foot_passes_the_other(walker):
     )
     still = replace(stride, cyclic=False)
     assert still.from_single_support(human) is still
+
+
+def test_a_walk_on_a_treadmill_gets_on_over_the_ground():
+    human = Human.create(1.7, 65.0, "female", "42", "two-segment")
+    record = walk_record(human, speed=1.2, rate=60.0, cycles=3)
+    time, qpos = record.motion.time, record.motion.qpos.copy()
+    qvel = np.zeros_like(record.motion.qvel)
+    qvel[:, :3] = np.gradient(qpos[:, :3], time, axis=0)
+    over = replace(record.motion, qvel=qvel)
+    assert off_the_belt(human, over) is over
+    qpos[:, 0] -= 1.2 * time
+    slower = qvel - 1.2 * np.eye(qvel.shape[1])[0]
+    on = off_the_belt(human, replace(over, qpos=qpos, qvel=slower))
+    np.testing.assert_allclose(on.qpos, over.qpos, atol=0.03)
+    np.testing.assert_allclose(on.qvel[:, 0], over.qvel[:, 0], atol=0.1)
