@@ -96,7 +96,7 @@ def start_of(
     if not (_recording(source) or how.words.then or how.words.upper_body):
         how.refuse(OF_RECORDINGS, "without a recording to fit; name one")
     if is_policy(how.controller):
-        return _learned(source, how, command)
+        return replace(_learned(source, how, command), controller=str(how.controller))
     begin = _start_of(source, how, step, command)
     record, word = begin.record, how.controller
     if word is None:

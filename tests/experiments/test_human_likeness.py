@@ -28,6 +28,8 @@ RECORDED = {
     "com_excursion": 0.04,
     "trunk": 5.0,
     "head": 2.0,
+    "trunk_range": 4.0,
+    "head_range": 6.0,
     "double_support": 22.0,
     "step_width": 0.1,
 }
