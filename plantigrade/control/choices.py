@@ -26,7 +26,7 @@ from plantigrade.control.posture import Posture, PostureSettings, passive
 from plantigrade.control.replay import Replay, ReplaySettings
 from plantigrade.control.tracking import Tracking, TrackingSettings
 from plantigrade.errors import ParameterError, known_names
-from plantigrade.kinematics.stride import sole_paths
+from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.options import refuse_unknown

@@ -288,7 +288,7 @@ def stood_apart(human: Human, motion: Motion) -> float:
 
 
 def off_the_belt(human: Human, motion: Motion) -> Motion:
-    """Return a motion that gets on over the ground, if it was on a belt; else the same motion."""
+    """Return a treadmill motion as it would be over the ground; any other one unchanged."""
     if np.linalg.norm(motion.qpos[-1, :2] - motion.qpos[0, :2]) > MIN_TRAVEL * motion.duration:
         return motion
     feet = [human.body(f"foot_{s}") for s in SIDES]

@@ -105,8 +105,7 @@ def start_of(
     if record is None:
         return begin
     if own is None and word != WALKING:
-        begin = _over_ground(begin, record)
-        record = begin.record or record
+        begin, record = _over_ground(begin, record)
     walk = walk_of(record) if word == WALKING else record
     begin = replace(begin, notes=(*begin.notes, *_external_notes(record, walk)))
     if word != WALKING:
@@ -122,15 +121,15 @@ def start_of(
     )
 
 
-def _over_ground(begin: Start, record: Record) -> Start:
-    """Return the start of a motion that gets on over the ground where it was on a treadmill."""
+def _over_ground(begin: Start, record: Record) -> tuple[Start, Record]:
+    """Return a start and its motion, which goes over the ground if it was on a treadmill."""
     motion = off_the_belt(record.human, record.motion)
     if motion is record.motion:
-        return begin
+        return begin, record
     far = float(np.linalg.norm((motion.qpos[-1] - motion.qpos[0])[:2]))
     note = Info(f"The motion was recorded on a treadmill; over the ground it goes {far:.1f} m.")
     on = replace(record, motion=motion)
-    return replace(begin, record=on, motion=motion, notes=(*begin.notes, note))
+    return replace(begin, record=on, motion=motion, notes=(*begin.notes, note)), on
 
 
 def _external_notes(record: Record, walk: Record) -> tuple[str, ...]:

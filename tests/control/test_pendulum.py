@@ -291,7 +291,7 @@ def test_a_push_is_estimated_in_addition_to_ground_forces(walk, world_of):
         estimated.append(controller.disturbance.acceleration)
     own, deadband = push[:2] / state.body.mass, controller.settings.disturbance.deadband
     seen = np.abs(estimated[10:59]).max(axis=1) > 0.3
-    assert seen.sum() <= 5  # of 49 ticks: 25 ms, where a foot strikes hard
+    assert seen.sum() <= 2  # of 49 ticks: 10 ms, where a foot strikes hard
     late = np.array(estimated[70:])
     assert np.abs(np.median(late, axis=0) - own).max() < deadband
     wrong = np.abs(late - own).max(axis=1) > 2.0 * deadband

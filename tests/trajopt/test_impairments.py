@@ -160,7 +160,9 @@ def test_a_walk_from_standing_with_a_bag_is_solved_at_the_first_try():
 
 @pytest.mark.slow
 @pytest.mark.solver
-@pytest.mark.parametrize("place, mass", [("hand_r", 10), ("hand_r", 20), ("hand_l", 30)])
+@pytest.mark.parametrize(
+    "place, mass", [("hand_r", 10), ("hand_r", 20), ("hand_r", 30), ("hand_l", 30)]
+)
 def test_a_bag_in_one_hand_hangs_beside_the_thigh_of_an_upright_person(place, mass):
     """The motion passes the check on its first mesh: with 10 kg the hand was led through both
     thighs before, with 20 kg the trunk leaned back by 19°, and 30 kg took six meshes."""

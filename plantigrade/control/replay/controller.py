@@ -67,13 +67,14 @@ class ReplaySettings:
     tasks: GaitTaskSettings = GaitTaskSettings(
         com_weight=(20.0, 20.0, 5.0), com_height_stiffness=80.0, rotation_weight=0.5
     )
-    """Tasks. Along the ground the mass counts for more than in walks that are planned: a swing foot
-    that is led to another footstep shortly before it lands pushes the mass the other way, which
-    moves the footstep farther. With 12, a walk of 1.3 m/s is 5 cm beside its path after 8 s and one
-    uphill 7 cm, with 20 3 and 4 cm. The rotation of feet is softer, as contacts lead it: with 2.0 a
-    walk of 1.3 m/s was 2.6° off and 13 mm beside its path after 20 s, with 0.5 1.8° and 1 mm. The
-    height of the mass is softer: held as firmly, three of 16 recorded walks fell, joints were 5 to
-    27° off in place of 4 to 17°, and standing people withstood 100 N in place of 200."""
+    """Tasks. Horizontally, the centre of mass counts for more than in planned walks: when a
+    footstep changes shortly before touchdown, the accelerated swing foot pushes the centre of mass
+    the other way, and the footstep changes again. With 12, a walk of 1.3 m/s is 5 cm beside its
+    path after 8 s and one uphill 7 cm, with 20 3 and 4 cm. The rotation of feet is softer, as
+    contacts lead it: with 2.0 a walk of 1.3 m/s was 2.6° off and 13 mm beside its path after 20 s,
+    with 0.5 1.8° and 1 mm. The height of the mass is softer: held as firmly, three of 16 recorded
+    walks fell, joints were 5 to 27° off in place of 4 to 17°, and standing people withstood 100 N
+    in place of 200."""
 
 
 class Replay(Controller):
