@@ -5,11 +5,11 @@ This module does not import NumPy.
 
 from collections.abc import Mapping
 from dataclasses import fields
-from numbers import Integral, Real
+from numbers import Integral
 from typing import Any, ClassVar
 
 from plantigrade.errors import ParameterError
-from plantigrade.options import check_types, shown
+from plantigrade.options import check_types, is_real, shown
 
 RADIAN = 57.29577951308232  # [deg/rad]
 SEEDS = (0, 2**32 - 1, "")  # Range of seeds of random generators (NumPy's legacy limit)
@@ -51,7 +51,7 @@ class Bounded:
 
 def number(name: str, value: Any, low: float, high: float, unit: str, what: str = "") -> None:
     """Check that a value is a number from ``low`` to ``high``."""
-    if not _is_real(value) or not low <= value <= high:  # NaN is not within any bounds
+    if not is_real(value) or not low <= value <= high:  # NaN is not within any bounds
         where = " ".join(filter(None, (unit, what and f"for {what}")))
         raise ParameterError(f"{name} must be {low:.3g}–{high:.3g} {where}, not {shown(value)}")
 
@@ -74,8 +74,4 @@ def word(name: str, value: Any, allowed: tuple[str, ...]) -> None:
 def in_degrees(value: Any) -> Any:
     """Return an angle in degrees; values that are not numbers, or too large, unchanged."""
     huge = isinstance(value, Integral) and abs(int(value)) >= 10**300
-    return value * RADIAN if _is_real(value) and not huge else value
-
-
-def _is_real(value: Any) -> bool:
-    return isinstance(value, Real) and not isinstance(value, bool)
+    return value * RADIAN if is_real(value) and not huge else value

@@ -13,7 +13,7 @@ from functools import cache
 from numbers import Integral, Real
 from pathlib import Path
 from types import NoneType, UnionType
-from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, TypeGuard, Union, get_args, get_origin, get_type_hints
 
 import tyro
 
@@ -144,6 +144,11 @@ def _as(hint: Any, value: Any) -> Any:
     return _only(value, hint is not str or isinstance(value, str))
 
 
+def is_real(value: Any) -> TypeGuard[float]:
+    """Return whether a value is a number, which true and false are not."""
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
 def _only(value: Any, allowed: bool) -> Any:
     if not allowed:
         raise TypeError
@@ -157,7 +162,7 @@ def shown(value: Any) -> str:
         >>> shown(0.1 + 0.2), shown(10**400), shown("x" * 99)
         ('0.3', 'a number of more than 300 digits', "'xxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx …")
     """
-    if isinstance(value, Real) and not isinstance(value, bool):
+    if is_real(value):
         if isinstance(value, Integral) and abs(int(value)) >= 10**300:
             return "a number of more than 300 digits"
         return f"{float(value):g}"

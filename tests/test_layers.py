@@ -22,6 +22,7 @@ LAYERS = (
         "constants",
         "data_files",
         "extras",
+        "interrupts",
         "lazy",
         "locks",
         "notes",

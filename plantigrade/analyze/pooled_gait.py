@@ -12,6 +12,7 @@ from plantigrade.analyze.gait_profile import ANGLES
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.errors import ParameterError
+from plantigrade.options import is_real
 from plantigrade.record import Run
 
 TRUNK = ("lumbar_extension", "lumbar_bending", "lumbar_rotation")
@@ -44,8 +45,7 @@ class ComparedGait:
 
     def figure(self, key: str) -> float | None:
         """Return a figure of the gait, the mean over its trials; None if no trial has it."""
-        values = [run.figures.get(key) for run in self.runs]
-        known = [float(v) for v in values if isinstance(v, int | float) and not isinstance(v, bool)]
+        known = [float(v) for run in self.runs if is_real(v := run.figures.get(key))]
         return float(np.mean(known)) if known else None
 
 

@@ -14,7 +14,6 @@ import io
 import os
 import signal
 import sys
-import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -34,6 +33,7 @@ from plantigrade.errors import (  # noqa: E402
     PlantigradeError,
     did_you_mean,
 )
+from plantigrade.interrupts import on_signal  # noqa: E402
 from plantigrade.printable import printable  # noqa: E402
 
 GC_THRESHOLD = 300_000
@@ -104,7 +104,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if isinstance(stream, io.TextIOWrapper):  # letters that its encoding lacks are escaped
             stream.reconfigure(errors="backslashreplace")
     try:
-        with _ending_on_sigterm():
+        with on_signal(signal.SIGTERM, _terminate):
             code = run(words)
         sys.stdout.flush()  # here, where a closed pipe can still be met
         return code
@@ -130,21 +130,9 @@ class _Terminated(KeyboardInterrupt):
     """SIGTERM, which ends a command as Ctrl-C does."""
 
 
-@contextlib.contextmanager
-def _ending_on_sigterm() -> Iterator[None]:
-    """Meanwhile end as on Ctrl-C when the system asks this process to terminate."""
-    if threading.current_thread() is not threading.main_thread():
-        yield  # signals are handled by the main thread alone
-        return
-
-    def end(*_: Any) -> None:
-        raise _Terminated
-
-    before = signal.signal(signal.SIGTERM, end)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
+def _terminate(*_: Any) -> None:
+    """End as on Ctrl-C: the system asks this process to terminate."""
+    raise _Terminated
 
 
 def usage() -> str:

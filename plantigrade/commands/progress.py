@@ -5,9 +5,10 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from typing import Any, TypeVar
 
+from plantigrade.interrupts import on_signal
 from plantigrade.notes import Info
 from plantigrade.printable import printable
 
@@ -191,8 +192,7 @@ class SolverProgress:
             f"violation {it.violation:.1e}{named}"
         )
 
-    @contextmanager
-    def listening(self) -> Iterator[None]:
+    def listening(self) -> AbstractContextManager[None]:
         """On the first Ctrl-C stop and keep the best solution found; on the second abort."""
 
         def ask(*_: Any) -> None:
@@ -203,12 +203,4 @@ class SolverProgress:
                 "stopping with the best solution so far; press Ctrl-C again to abort"
             )
 
-        try:
-            before = signal.signal(signal.SIGINT, ask)
-        except ValueError:  # not the main thread, where no keys are heard
-            yield
-            return
-        try:
-            yield
-        finally:
-            signal.signal(signal.SIGINT, before)
+        return on_signal(signal.SIGINT, ask)

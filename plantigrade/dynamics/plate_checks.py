@@ -9,6 +9,7 @@ import numpy as np
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.dynamics.plate_loadings import PlateLoading
 from plantigrade.dynamics.plate_owner import MAX_SOLE_DISTANCE, MIN_PEAK_SHARE, distance, longer
+from plantigrade.motion.plate_events import outside_of
 
 MAX_OUTSIDE_IMPULSE = 0.1  # [1] share of a contact's impulse outside the sole at start and end
 MIN_CHECKED_TIME = 0.06  # [s] minimum duration of contact for a check
@@ -169,19 +170,3 @@ def _elsewhere(loading, loadings, k) -> np.ndarray:
 def _heavy(loading, loadings) -> np.ndarray:
     """Return the frames with enough load for a reliable centre of pressure."""
     return loading.force[:, 2] > MIN_PEAK_SHARE * max(each.peak for each in loadings)
-
-
-def outside_of(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return the distance of points outside a plate, negative inside (n_frames, n_points) [m]."""
-    c = corners[:, :2]
-    centre = c.mean(axis=0)
-    far = np.full(points.shape[:2], -np.inf)
-    for a, b in zip(c, np.roll(c, -1, axis=0), strict=True):
-        edge = b - a
-        length = np.linalg.norm(edge)
-        if length < 1e-9:
-            continue
-        normal = np.array([edge[1], -edge[0]]) / length
-        normal = -normal if normal @ (centre - a) > 0 else normal
-        far = np.maximum(far, (points[..., :2] - a) @ normal)
-    return far

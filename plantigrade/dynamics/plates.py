@@ -33,7 +33,6 @@ from plantigrade.dynamics.plate_checks import (
     exclude_shared,
     leave_out_far,
     needed_force,
-    outside_of,
 )
 from plantigrade.dynamics.plate_loadings import (
     PlateLoading,
@@ -46,6 +45,7 @@ from plantigrade.dynamics.plate_owner import find_owner, longer, resting_points,
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models import Human
+from plantigrade.motion.plate_events import outside_of
 from plantigrade.motion.recording import ForcePlate
 
 MAX_LISTED = 3  # [1] contacts with the same problem that a note lists individually

@@ -148,22 +148,16 @@ class ParallelTracking:
         return rewards, ends, over & [not end for end in ends], terms
 
     def _move(self, action: Float[Array, "n k"], frame: Any) -> None:
-        target, feed_rates = self.action.targets(action, frame), self.action.feed_rates
-        rates = frame.qvel[:, 6:]
-        if self._constant_gains:
-            stiffness, damping = self.action.fixed
-            force = stiffness * target
-            if feed_rates:
-                force += damping * rates
+        constant = self._constant_gains
+        stiffness, damping = self.action.fixed if constant else self.action.gains_of(action)
+        force = stiffness * self.action.targets(action, frame)
+        if self.action.feed_rates:
+            force += damping * frame.qvel[:, 6:]
+        if constant:
             for world, each in zip(self.worlds, force, strict=True):
                 world.actuators.set_force(world.data, each)
-            self._advance()
-            return
-        stiffness, damping = self.action.gains_of(action)
-        force = stiffness * target
-        if feed_rates:
-            force += damping * rates
-        self._motors.command(self._view.angles, force, stiffness, damping)
+        else:
+            self._motors.command(self._view.angles, force, stiffness, damping)
         self._advance()
 
     def _advance(self) -> None:

@@ -23,6 +23,7 @@ from plantigrade.models.keypoints import KEYPOINTS
 from plantigrade.models.landmarks import BONE_SPREAD, LOOSE_SPREAD, Attachment, attachments
 from plantigrade.models.mirror import mirrored_name
 from plantigrade.models.spellings import landmark_of
+from plantigrade.options import is_real
 from plantigrade.toml import parse_toml, read_toml
 
 
@@ -267,10 +268,7 @@ def read_marker_set(path: str | Path) -> MarkerSet:
             case str():
                 named[name] = value
             case {"body": str(body), "position": [x, y, z]} if all(
-                isinstance(v, int | float)
-                and not isinstance(v, bool)
-                and abs(v) <= MAX_MARKER_OFFSET
-                for v in (x, y, z)
+                is_real(v) and abs(v) <= MAX_MARKER_OFFSET for v in (x, y, z)
             ):
                 fixed[name] = (body, (float(x), float(y), float(z)))
             case _:

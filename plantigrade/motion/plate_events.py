@@ -192,18 +192,24 @@ def _inside(corners, point, margin):
     """Return whether a point is over the plate, extended by the margin; True without corners."""
     if corners is None:
         return margin >= 0
-    p, c = point[:2], corners[:, :2]
-    if not np.isfinite(p).all():
-        return False
+    known = bool(np.isfinite(point[:2]).all())
+    return known and bool(outside_of(corners, point[None, None]) <= margin)
+
+
+def outside_of(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return the distance of points outside a plate, negative inside (n_frames, n_points) [m]."""
+    c = corners[:, :2]
     centre = c.mean(axis=0)
+    far = np.full(points.shape[:2], -np.inf)
     for a, b in zip(c, np.roll(c, -1, axis=0), strict=True):
         edge = b - a
-        normal = np.array([edge[1], -edge[0]]) / np.linalg.norm(edge)
-        if normal @ (centre - a) > 0:
-            normal = -normal
-        if normal @ (p - a) > margin:
-            return False
-    return True
+        length = np.linalg.norm(edge)
+        if length < 1e-9:
+            continue
+        normal = np.array([edge[1], -edge[0]]) / length
+        normal = -normal if normal @ (centre - a) > 0 else normal
+        far = np.maximum(far, (points[..., :2] - a) @ normal)
+    return far
 
 
 def _rests(time, point, frame, side):

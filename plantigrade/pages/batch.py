@@ -16,6 +16,7 @@ from plantigrade.charts.labels import MIN_SPANS, UNITS, axis_label, title_of
 from plantigrade.charts.theme import STROKES
 from plantigrade.motion.cycles import PERCENT
 from plantigrade.notes import Repeated, repeated
+from plantigrade.options import is_real
 from plantigrade.pages.section import Section, page_html
 from plantigrade.pages.shown import shown_in
 from plantigrade.pages.text import rounded_text
@@ -301,7 +302,7 @@ def _values(kind: BatchKind, rows: Sequence[Row]) -> Iterator[tuple[str, Array]]
         values = np.full((len(rows), len(keys)), np.nan)
         for k, row in enumerate(rows):
             for i, key in enumerate(keys):
-                if _is_number(value := row.figures.get(key)):
+                if is_real(value := row.figures.get(key)):
                     values[k, i] = value
         known = np.isfinite(values).all(axis=1)
         yield label, np.where(known, values.mean(axis=1), np.nan)
@@ -385,12 +386,8 @@ def _cell(figures: Mapping[str, Any], keys: Sequence[str], digits: int) -> str:
 def _spread(rows: Sequence[Row], keys: Sequence[str], digits: int) -> str:
     """Return mean and SD over items, averaged over sides."""
     found = [[row.figures.get(key) for key in keys] for row in rows]
-    known = np.array([v for v in found if all(map(_is_number, v))], dtype=float)
+    known = np.array([v for v in found if all(map(is_real, v))], dtype=float)
     if len(known) < 2:
         return ""
     known = known.mean(axis=1)
     return f"{rounded_text(known.mean(), digits)} ± {rounded_text(known.std(ddof=1), digits)}"
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)

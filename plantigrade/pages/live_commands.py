@@ -17,6 +17,7 @@ from plantigrade.control import CONTROLLERS
 from plantigrade.live.session import SPEEDS, Session
 from plantigrade.models.feet import FEET
 from plantigrade.models.joint_sets import JOINT_SETS
+from plantigrade.options import is_real
 
 FORCE = (0.0, 1000.0)  # [N] of a push and of the rope; 1000 N throws a person over
 DIRECTION = (-180.0, 180.0)  # [°] of a push, 0 forward, 90 to the left
@@ -172,8 +173,7 @@ def number(low: float = -math.inf, high: float = math.inf) -> Check:
     """Return a check that a value is a finite number within a range."""
 
     def check(value: Any) -> bool:
-        kind = isinstance(value, int | float) and not isinstance(value, bool)
-        return kind and math.isfinite(value) and low <= value <= high
+        return is_real(value) and math.isfinite(value) and low <= value <= high
 
     return check
 

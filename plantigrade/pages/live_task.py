@@ -14,7 +14,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.live.task_controls import STRENGTH, Control, Value
 from plantigrade.live.task_session import Solved, TaskSession, with_reference
 from plantigrade.pages.live_commands import Command, a_name, carry_out, whole
-from plantigrade.pages.page_server import PageServer
+from plantigrade.pages.page_server import PageServer, ServedPage
 from plantigrade.pages.scene import build_scene
 from plantigrade.pages.shown import shown_in
 from plantigrade.pages.task_handles import handles_of
@@ -24,13 +24,12 @@ from plantigrade.pages.viewer_skin import foot_data, skin_data
 POLL_INTERVAL = 0.05  # [s] between two checks for the end of the session
 
 
-class LiveTask:
+class LiveTask(ServedPage):
     """A task on a page.
 
     Attributes:
         session: The task.
         data: Data of the page that change with the motion.
-        save_requested: Event of the save button, cleared after saving.
     """
 
     def __init__(
@@ -60,16 +59,7 @@ class LiveTask:
         self._drawn: tuple[Solved | None, Solved | None] = (None, None)
         self.data: dict[str, Any] = {}
         self._update()
-        self._server = PageServer(port, self._html, self.receive)
-
-    @property
-    def address(self) -> str:
-        """URL of the page."""
-        return self._server.address
-
-    def close(self) -> None:
-        """Stop the server."""
-        self._server.close()
+        self.server = PageServer(port, self._html, self.receive)
 
     def show(self, stop: Event) -> None:
         """Send what changes until ``stop`` is set, or saving is requested."""
@@ -87,8 +77,8 @@ class LiveTask:
         """Send the motion if it is another one, and the state of the controls."""
         if self._update():
             message = {"kind": "motion", "data": self.data}
-            self._server.send(json.dumps(message, separators=(",", ":")))
-        self._server.send(json.dumps({"kind": "panel", **self.panel()}))
+            self.server.send(json.dumps(message, separators=(",", ":")))
+        self.server.send(json.dumps({"kind": "panel", **self.panel()}))
 
     def _update(self) -> bool:
         """Make the data of another motion; return whether there is one."""

@@ -20,7 +20,7 @@ from plantigrade.models.joint_sets import JOINT_SETS
 from plantigrade.pages.live_commands import FIRST_JOINT, Commands
 from plantigrade.pages.live_panel import control_values, curves_data, soles_of, status_lines
 from plantigrade.pages.live_scene import frame_data, world_data
-from plantigrade.pages.page_server import PageServer
+from plantigrade.pages.page_server import PageServer, ServedPage
 from plantigrade.pages.viewer import SHARED_SCRIPTS, stage_html
 from plantigrade.side_names import side_of
 from plantigrade.world import World
@@ -30,7 +30,7 @@ IDLE_WAIT = 0.05  # [s] for a new frame, before other changes are sent
 SCRIPTS = (*SHARED_SCRIPTS, "live_socket.js", "live_drag.js", "live_panels.js", "live.js")
 
 
-class LiveWorld:
+class LiveWorld(ServedPage):
     """A session on a page.
 
     Attributes:
@@ -59,27 +59,14 @@ class LiveWorld:
         """
         self.session, self._clock, self._title, self._can_save = session, clock, title, can_save
         self.commands = Commands(session, can_save=can_save)
+        self.save_requested = self.commands.save_requested
         self.drawn = self._worlds = 0
         self._world: World | None = None
         self._frame: LiveFrame | None = None
         self._page, self._sent = "", dict[str, str]()
         self._begin(session.frame)
-        self._server = PageServer(port, lambda: self._page, self._receive)
+        self.server = PageServer(port, lambda: self._page, self._receive)
         self.draw(session.frame)
-
-    @property
-    def address(self) -> str:
-        """URL of the page."""
-        return self._server.address
-
-    @property
-    def save_requested(self) -> Event:
-        """Event of the save button, cleared after saving."""
-        return self.commands.save_requested
-
-    def close(self) -> None:
-        """Stop the server."""
-        self._server.close()
 
     def show(self, stop: Event) -> None:
         """Send frames until ``stop`` is set, or saving is requested."""
@@ -153,11 +140,11 @@ class LiveWorld:
         if self.commands.joined.is_set():
             self.commands.joined.clear()
             for message in tuple(self._sent.values()):
-                self._server.send(message)
+                self.server.send(message)
 
     def _send(self, kind: str, data: Mapping[str, Any], *, droppable: bool = False) -> None:
         """Send a message to all browsers, unless it is that of the last time."""
         message = json.dumps({"kind": kind, "world": self._worlds, **data}, separators=(",", ":"))
         if self._sent.get(kind) != message:
             self._sent[kind] = message
-            self._server.send(message, droppable=droppable)
+            self.server.send(message, droppable=droppable)

@@ -12,6 +12,7 @@ import logging
 import sys
 import threading
 import webbrowser
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any
 
@@ -28,6 +29,31 @@ MAX_BACKLOG = 65536  # [bytes] waiting to be sent; a browser that is behind gets
 _log = logging.getLogger(__name__)  # of connections that browsers open and never use
 _log.addHandler(logging.NullHandler())
 _log.propagate = False
+
+
+class ServedPage(ABC):
+    """A page that changes while browsers show it.
+
+    Attributes:
+        save_requested: Set by the save button, cleared after saving.
+        server: What serves it.
+    """
+
+    save_requested: threading.Event
+    server: "PageServer"
+
+    @property
+    def address(self) -> str:
+        """URL of the page."""
+        return self.server.address
+
+    @abstractmethod
+    def show(self, stop: threading.Event) -> None:
+        """Send what changes until ``stop`` is set, or saving is requested."""
+
+    def close(self) -> None:
+        """Stop the server."""
+        self.server.close()
 
 
 class PageServer:

@@ -2,34 +2,12 @@
 
 from collections.abc import Callable
 from threading import Event, Thread
-from typing import Protocol, runtime_checkable
 
-
-@runtime_checkable
-class Page(Protocol):
-    """What a live page offers."""
-
-    @property
-    def save_requested(self) -> Event:
-        """Set where the page asks for the run to be saved."""
-        ...
-
-    @property
-    def address(self) -> str:
-        """Address of the page."""
-        ...
-
-    def show(self, stop: Event) -> None:
-        """Send what changes until the end or a request to save."""
-        ...
-
-    def close(self) -> None:
-        """End the page."""
-        ...
+from plantigrade.pages.page_server import ServedPage
 
 
 def look_on(
-    page: Page,
+    page: ServedPage,
     work: Callable[[], object],
     name: str,
     stop: Event,

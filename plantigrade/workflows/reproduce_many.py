@@ -1,7 +1,7 @@
 """Many gaits reproduced: a batch, and a study with statistics and the paper's table."""
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
@@ -94,44 +94,36 @@ def _study(
     settings: ReproduceSettings, command: str, store: BatchFolder, counts: Mapping[str, Any]
 ) -> Concluded:
     """Return pages, figures and Table I of the study of the gaits in the folder of a batch."""
-    members, left_out = [], {}
+    gaits, files, left_out = [], [], {}
     for row in store.rows():
         if row.failed:
             left_out[row.file] = row.status
             continue
         run = Run.load(store.path / row.name)
-        members.append(Member(row.name, Path(row.file), compare(run.record), run.metrics))
-    found = GaitStudy(tuple(members), left_out)
-    pages = study_files(found, str(counts["status"]), settings, command)
+        comparison, files = compare(run.record), [*files, Path(row.file)]
+        problem = _problem(run.metrics, comparison)
+        gaits.append(StudyGait(row.name, problem, run.metrics, comparison, row.name))
+    found = GaitStudy(tuple(gaits), left_out)
+    pages = study_files(found, files, str(counts["status"]), settings, command)
     return Concluded(pages, found.metrics(), found.table_text())
 
 
-@dataclass(frozen=True)
-class Member:
-    """One reproduced gait of a study."""
-
-    name: str  #: Its name, and that of its folder in the study
-    path: Path  #: The recording
-    comparison: Comparison = field(repr=False)  #: The reproduced gait against the recorded one
-    metrics: dict[str, Any] = field(repr=False)  #: Those of its run
-
-    @property
-    def problem(self) -> str:
-        """Why it does not count in the statistics; empty where it does."""
-        if self.metrics["motion_status"] != "ok":
-            return str(self.metrics["motion_status"])
-        return "" if self.comparison.cycles else "it holds no complete gait cycle"
+def _problem(metrics: Mapping[str, Any], comparison: Comparison) -> str:
+    """Return why a gait does not count in the statistics; nothing where it does."""
+    if metrics["motion_status"] != "ok":
+        return str(metrics["motion_status"])
+    return "" if comparison.cycles else "it holds no complete gait cycle"
 
 
 @dataclass(frozen=True)
 class GaitStudy:
     """Several reproduced gaits."""
 
-    members: tuple[Member, ...]  #: Those that were reproduced
+    members: tuple[StudyGait, ...]  #: Those that were reproduced
     left_out: dict[str, str]  #: Recording → why it could not be
 
     @property
-    def counted(self) -> tuple[Member, ...]:
+    def counted(self) -> tuple[StudyGait, ...]:
         """Those whose angles count: a valid motion without forces, and a complete gait cycle."""
         return tuple(member for member in self.members if not member.problem)
 
@@ -208,18 +200,22 @@ class GaitStudy:
 
 
 def study_files(
-    found: GaitStudy, status: str, settings: ReproduceSettings, command: str
+    found: GaitStudy,
+    files: Sequence[Path],
+    status: str,
+    settings: ReproduceSettings,
+    command: str,
 ) -> dict[str, str]:
     """Return page and table of a study by name; ``settings`` are those of all gaits."""
     provenance = {
         "version": __version__,
         "command": command,
         "settings": settings.plain(),
-        "source_files": source_files([m.path for m in found.members]),
+        "source_files": source_files(files),
     }
     page = study_html(
         found.study,
-        [StudyGait(m.name, m.problem, m.metrics, m.comparison, m.name) for m in found.members],
+        found.members,
         found.left_out,
         tasks=settings.tasks,
         status=status,

@@ -40,6 +40,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.control.balance.postures import PostureSolverSettings
 from plantigrade.errors import ParameterError, known_names
 from plantigrade.kinematics.foot_pose import MARKS, SEGMENTS, marks
+from plantigrade.options import is_real
 from plantigrade.toml import parse_toml, read_toml
 
 MOTIONS = ("tiptoe", "tilt-inside", "tilt-outside", "circling", "one-foot", "jump")
@@ -140,7 +141,7 @@ def _frame(row: Mapping[str, Any], before: ScriptFrame, where: str) -> ScriptFra
     if unknown := set(row) - {"time", "right", "left", "both", "body"}:
         raise ParameterError(f"{where} says {', '.join(sorted(unknown))}")
     time, latest = row.get("time"), MAX_DURATION
-    if time is None or not _is_number(time) or not before.time < time <= latest:
+    if time is None or not is_real(time) or not before.time < time <= latest:
         raise ParameterError(
             f"{where}: time={time!r} must be after {before.time:g} s and at most {latest:g} s"
         )
@@ -170,12 +171,8 @@ def _frame(row: Mapping[str, Any], before: ScriptFrame, where: str) -> ScriptFra
     return ScriptFrame(float(time), ankle, presses, body, toward)
 
 
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
-
-
 def _numbers(values: Any, n: int, most: float, where: str) -> Array:
-    numbers = isinstance(values, list) and all(_is_number(x) for x in values)
+    numbers = isinstance(values, list) and all(is_real(x) for x in values)
     if not numbers or len(values) != n or not np.abs(values).max() <= most:
         count = {2: "two", 3: "three"}[n]
         raise ParameterError(f"{where} is {count} numbers, none beyond {most:g}, not {values!r}")

@@ -107,7 +107,7 @@ def other_angle_section(subject: ReportedRun) -> list[Section]:
     if not curves:
         return []
     title, caption = "Trunk and arms over the gait cycle", "Plotted as above."
-    return [replace(cycle_section(title, curves, subject, caption=caption), folded=True)]
+    return [cycle_section(title, curves, subject, caption=caption)]
 
 
 def _over_time(panels: Sequence[Panel], time: Array, **options: Any) -> list[Figure]:
@@ -122,7 +122,7 @@ def force_section(subject: ReportedRun) -> list[Section]:
         return []
     caption = "Ground reaction on the foot, in body weights (BW)."
     title = "Ground reaction over the gait cycle"
-    return [replace(cycle_section(title, curves, subject, caption=caption), folded=True)]
+    return [cycle_section(title, curves, subject, caption=caption)]
 
 
 def moment_section(subject: ReportedRun) -> list[Section]:
@@ -133,7 +133,7 @@ def moment_section(subject: ReportedRun) -> list[Section]:
     if curves:
         sign = "; positive in the positive direction of the joint angle."
         caption = what.format("") + sign
-        return [replace(cycle_section(title, curves, subject, caption=caption), folded=True)]
+        return [cycle_section(title, curves, subject, caption=caption)]
     if nothing_measured(record):
         return []
     if record.qfrc_actuator is None:
@@ -164,8 +164,7 @@ def power_section(subject: ReportedRun) -> list[Section]:
             "Joint moment times angular velocity: positive where muscles generate energy, negative "
             "where they absorb it."
         )
-        found = cycle_section("Joint powers", curves, subject, caption=caption)
-        return [replace(found, folded=True)]
+        return [cycle_section("Joint powers", curves, subject, caption=caption)]
     if nothing_measured(record):
         return []
     if record.qfrc_actuator is None or source.cycles:
@@ -200,10 +199,8 @@ def foot_segment_section(subject: ReportedRun) -> list[Section]:
     rms = subject.number("foot_segments_marker_rms_mm")
     if rms is not None:
         caption += f" Markers of a segment move {rms:.1f} mm (RMS) relative to each other."
-    found = cycle_section(
-        SIGNALS["foot.*"].section, curves, subject, caption=caption, published=False
-    )
-    return [replace(found, folded=True)]
+    title = SIGNALS["foot.*"].section
+    return [cycle_section(title, curves, subject, caption=caption, published=False)]
 
 
 def cycle_section(
@@ -223,7 +220,8 @@ def cycle_section(
         for (base, _), members in grouped.items()
     ]
     names = [base for base, _ in grouped] if published else []
-    return Section(title, figures, text=cycle_caption(caption, curves, subject, names))
+    text = cycle_caption(caption, curves, subject, names)
+    return Section(title, figures, text=text, folded=True)
 
 
 def cycle_caption(

@@ -11,7 +11,9 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import TIME_TOLERANCE, ContactPlan
-from plantigrade.errors import ParameterError, known_names
+from plantigrade.contact.site import Point
+from plantigrade.errors import CoordinateNotFound, ParameterError, known_names
+from plantigrade.record.conditions import AXES
 from plantigrade.trajopt.problem.constraint_family import ConstraintFamily, node_symbols
 from plantigrade.trajopt.problem.contact import headings, site_places
 from plantigrade.trajopt.problem.contact_body import ContactBody
@@ -118,6 +120,23 @@ class ProblemBuilder:
         given = node_symbols(len(self.names), 3 * len(self.body.sites))
         function = ca.Function("rows", list(given), [expression(*given[:4])])
         return self.add(ConstraintFamily.free(name, function, names, len(self.nodes), unit=unit))
+
+    def place_of(self, point: Point, doing: str) -> ConstraintFamily:
+        """Return where a point of the body is as rows, world [m].
+
+        Args:
+            doing: What it does there, for the names of the rows: ``"reaches"``.
+
+        Raises:
+            ParameterError: If the person has no such body.
+        """
+        try:
+            positions = self.body.symbolic.positions([point])
+        except CoordinateNotFound as error:
+            raise ParameterError(str(error)) from error
+        names = tuple(f"{axis} of {point.body} that {doing}" for axis in AXES)
+        name = f"place of {point.body} {point.position} that {doing}"
+        return self.custom_family(name, names, lambda q, v, a, u: positions(q), "m")
 
     def motion_family(self, what: str) -> ConstraintFamily:
         """Return coordinates, their rates or accelerations as rows: one of :data:`MOTION`."""

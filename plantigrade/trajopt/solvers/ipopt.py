@@ -6,16 +6,15 @@ derivatives are exact and vectorised, the same that the banded interior point us
 """
 
 import signal
-import threading
 import time as clock
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from plantigrade.arrays import Array, Float
+from plantigrade.interrupts import on_signal
 from plantigrade.trajopt.problem.nlp import Problem
 from plantigrade.trajopt.solvers.result import Iterate
 from plantigrade.trajopt.solvers.sparse_program import SparseProgram
@@ -145,7 +144,7 @@ def run(
     plugin = ca.nlpsol("solver", solver, made["nlp"], settings)
     watch.started = began = clock.perf_counter()
     (lbx, ubx), lbg, ubg = program.bounds, program.lower, program.upper
-    with _interruptible(watch):
+    with on_signal(signal.SIGINT, lambda *_: setattr(watch, "stop", True)):  # after the iteration
         try:
             found = plugin(x0=x0, lbx=lbx, ubx=ubx, lbg=lbg, ubg=ubg)
             x, stats = np.array(found["x"]).ravel(), plugin.stats()
@@ -195,20 +194,3 @@ def _better(program: SparseProgram, watch: "IterationWatch", x: Array, feasibili
         return watch.best[2]
     last = (max(off, feasibility), program.objective(x))
     return x if last <= watch.best[:2] else watch.best[2]
-
-
-@contextmanager
-def _interruptible(watch: "IterationWatch") -> Iterator[None]:
-    """Within it, Ctrl-C asks the solver to stop after the present iteration."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def stop(*_: Any) -> None:
-        watch.stop = True
-
-    before = signal.signal(signal.SIGINT, stop)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)

@@ -3,7 +3,6 @@
 from collections import abc
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
-from numbers import Real
 from typing import Any, get_args, get_origin
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from plantigrade.bounds import shown
 from plantigrade.contact.site import Point
 from plantigrade.errors import ParameterError
+from plantigrade.options import is_real
 
 MAX_NUMBER = 1e300  # Maximum magnitude of a number; larger ones overflow in use
 _POINT = {"body": str, "position": tuple[float, float, float], "radius": float}
@@ -19,7 +19,7 @@ _NEEDED = {bool: "true or false", str: "a word in quotes", float: "a number"}
 
 def is_number(value: Any, *, nan: bool = False) -> bool:
     """Return whether a value is a number; NaN only where that is allowed."""
-    if isinstance(value, bool) or not isinstance(value, Real):
+    if not is_real(value):
         return False
     if value != value:
         return nan

@@ -17,7 +17,7 @@ from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.terms.external import RAMP, Wrench
 from plantigrade.trajopt.terms.targets import Triple
-from plantigrade.trajopt.terms.term import Term
+from plantigrade.trajopt.terms.term import Term, point_conditions
 
 CONDITION_RATE = 100.0
 """Rate at which a trajectory is a condition [Hz]; between, straight lines are off by .03 mm at 2
@@ -94,16 +94,14 @@ class FollowTrajectory(Term):
         """Fix the position at nodes, and the speed where the point comes and goes."""
         import casadi as ca
 
+        family = b.place_of(self.point, "carries")
         positions = b.body.symbolic.positions([self.point])
-        names = tuple(f"{axis} of {self.point.body} that carries" for axis in "xyz")
-        name = f"way of {self.point.body} {self.point.position}"
-        family = b.custom_family(name, names, lambda q, v, a, u: positions(q), "m")
         nodes = b.during(self.way.start - RAMP, self.way.stop + RAMP)
         there = self.way.at(b.nodes[nodes]) + self.offset
         family.lower[nodes] = family.upper[nodes] = there
         speeds = b.custom_family(
-            f"speed on the {name}",
-            tuple(f"speed {n}" for n in names),
+            f"speed at the {family.name}",
+            tuple(f"speed {n}" for n in family.names),
             lambda q, v, a, u: ca.jtimes(positions(q), q, v),
             "m/s",
         )
@@ -112,15 +110,8 @@ class FollowTrajectory(Term):
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
         """Return where the point is, axis by axis."""
-        times, there = _sampled(self.way, RAMP)
-        p = self.point
-        return tuple(
-            Condition(
-                f"{axis} of {p.body}", "point", tuple(times), tuple(x), tuple(x), p.body, axis,
-                p.position, p.radius,
-            )
-            for axis, x in zip("xyz", (there + self.offset).T.tolist(), strict=True)
-        )  # fmt: skip
+        times, there = _sampled(self.way)
+        return point_conditions(self.point, times, there + self.offset)
 
 
 @dataclass(frozen=True)
@@ -142,7 +133,7 @@ class BehindTrajectory(Term):
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
         """Return the largest x of the point."""
-        times, there = _sampled(self.way, RAMP)
+        times, there = _sampled(self.way)
         most = (there[:, 0] - self.distance - self.point.radius).tolist()
         p = self.point
         return (
@@ -153,7 +144,7 @@ class BehindTrajectory(Term):
         )  # fmt: skip
 
 
-def _sampled(way: CarryingPath, before: float) -> tuple[list[float], Float[Array, "n 3"]]:
-    start, stop = way.start - before, way.stop + before
+def _sampled(way: CarryingPath) -> tuple[list[float], Float[Array, "n 3"]]:
+    start, stop = way.start - RAMP, way.stop + RAMP
     times = np.linspace(start, stop, round((stop - start) * CONDITION_RATE) + 1)
     return times.tolist(), way.at(times)

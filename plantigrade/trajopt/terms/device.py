@@ -9,9 +9,7 @@ from plantigrade.contact.plan import ContactPlan
 from plantigrade.errors import ParameterError
 from plantigrade.models.mirror import mirror_sign, mirrored_name
 from plantigrade.motion.blends import cubic_rise
-from plantigrade.record.conditions import Condition
 from plantigrade.trajopt.problem.builder import ProblemBuilder
-from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.terms.term import Term
 
 CLUTCH_SHARE = 0.03  # [strides] in which the spring is coupled after strike and let go at toe-off
@@ -70,10 +68,6 @@ class Device(Term):
                 "a device works at a right or left joint in a periodic walk or run; its times are "
                 "those of the stride"
             )
-
-    def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
-        """Return nothing: a device demands nothing."""
-        return ()
 
     def mirrored(self) -> "Device":
         """Return the same device on the other side."""

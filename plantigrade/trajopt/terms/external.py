@@ -7,12 +7,12 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import Point
-from plantigrade.errors import CoordinateNotFound, ParameterError
+from plantigrade.errors import ParameterError
 from plantigrade.motion.blends import cubic_rise
-from plantigrade.record.conditions import AXES, Condition
+from plantigrade.record.conditions import Condition
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.contact_body import ContactBody
-from plantigrade.trajopt.terms.term import Term
+from plantigrade.trajopt.terms.term import Term, point_conditions
 
 Triple = tuple[float, float, float]
 RAMP = 0.1  # [s] in which a wrench comes and goes; a step would need a node at every instant
@@ -58,10 +58,6 @@ class Wrench(Term):
                 "a wrench on a periodic motion acts all the time: leave out start and stop"
             )
 
-    def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
-        """Return nothing: a wrench demands nothing."""
-        return ()
-
     def mirrored(self) -> "Wrench":
         """Return the same wrench on the other side."""
         (x, y, z), (a, b, c) = self.force, self.moment
@@ -81,13 +77,7 @@ class Hold(Term):
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Fix the position at nodes."""
-        try:
-            positions = b.body.symbolic.positions([self.point])
-        except CoordinateNotFound as error:
-            raise ParameterError(str(error)) from error
-        names = tuple(f"{axis} of {self.point.body} that holds" for axis in AXES)
-        name = f"hold of {self.point.body} {self.point.position}"
-        family = b.custom_family(name, names, lambda q, v, a, u: positions(q), "m")
+        family = b.place_of(self.point, "holds")
         axes = ~np.isnan(self.place)
         for k in b.during(self.start, self.stop):
             there = np.add(self.place, np.multiply(self.velocity, b.nodes[k]))
@@ -95,14 +85,9 @@ class Hold(Term):
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
         """Return where the point is, axis by axis."""
-        p, found = self.point, []
         times = (max(self.start, 0.0), min(self.stop, plan.duration))
-        for axis, x, speed in zip(AXES, self.place, self.velocity, strict=True):
-            if not np.isnan(x):
-                at = tuple(float(x + speed * t) for t in times)
-                where = (p.body, axis, p.position, p.radius)
-                found.append(Condition(f"{axis} of {p.body}", "point", times, at, at, *where))
-        return tuple(found)
+        places = self.place + np.multiply.outer(times, self.velocity)
+        return point_conditions(self.point, times, places)
 
     def mirrored(self) -> "Hold":
         """Return the same of the other side's point."""

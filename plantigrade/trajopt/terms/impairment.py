@@ -80,10 +80,6 @@ class Brace(Term):
         """
         b.body.check_worn(self)
 
-    def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
-        """Return nothing: a spring demands nothing."""
-        return ()
-
     def mirrored(self) -> "Brace":
         """Return the same brace on the other side."""
         name, neutral = mirrored_name(self.coordinate), self.neutral
@@ -98,10 +94,6 @@ class Uneven(Term):
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Add nothing: soles and loads belong to the body."""
-
-    def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
-        """Return nothing."""
-        return ()
 
     def mirrored(self) -> "Uneven":
         """Return the term of the other foot."""

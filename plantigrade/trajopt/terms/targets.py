@@ -6,11 +6,11 @@ import numpy as np
 
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import Point
-from plantigrade.errors import CoordinateNotFound, ParameterError
+from plantigrade.errors import ParameterError
 from plantigrade.record.conditions import AXES, Condition
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.contact_body import ContactBody
-from plantigrade.trajopt.terms.term import AtInstant
+from plantigrade.trajopt.terms.term import AtInstant, point_conditions
 
 Triple = tuple[float, float, float]
 FREE: Triple = (np.nan, np.nan, np.nan)
@@ -25,13 +25,7 @@ class Reach(AtInstant):
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Fix the position."""
-        try:
-            positions = b.body.symbolic.positions([self.point])
-        except CoordinateNotFound as error:
-            raise ParameterError(str(error)) from error
-        names = tuple(f"{axis} of {self.point.body} that reaches" for axis in AXES)
-        name = f"reach of {self.point.body} {self.point.position}"
-        family = b.custom_family(name, names, lambda q, v, a, u: positions(q), "m")
+        family = b.place_of(self.point, "reaches")
         k, target = b.node(self.time), np.array(self.target, dtype=float)
         if target.shape != (3,) or np.isinf(target).any():
             raise ParameterError(f"a target is three places [m], not {self.target}")
@@ -40,15 +34,7 @@ class Reach(AtInstant):
 
     def conditions(self, body: ContactBody, plan: ContactPlan) -> tuple[Condition, ...]:
         """Return where the point is, axis by axis."""
-        p = self.point
-        return tuple(
-            Condition(
-                f"{axis} of {p.body}", "point", (self.time,), (float(x),), (float(x),), p.body,
-                axis, p.position, p.radius,
-            )
-            for axis, x in zip(AXES, self.target, strict=True)
-            if not np.isnan(x)
-        )  # fmt: skip
+        return point_conditions(self.point, (self.time,), [self.target])
 
     def mirrored(self) -> "Reach":
         """Return the target of the other side's point."""

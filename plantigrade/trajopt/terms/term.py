@@ -1,18 +1,19 @@
 """Base class of terms, which add themselves to a problem and state their demands as data."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import Point
 from plantigrade.models.mirror import mirror_sign, mirrored_name
 from plantigrade.motion.filters import runs
-from plantigrade.record.conditions import Condition
+from plantigrade.record.conditions import AXES, Condition
 from plantigrade.side_names import split_side
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.contact_body import ContactBody
@@ -101,6 +102,24 @@ class AtInstant(Term):
     def instants(self) -> tuple[float, ...]:
         """Its time."""
         return (self.time,)
+
+
+def point_conditions(
+    point: Point, times: Sequence[float], places: ArrayLike
+) -> tuple[Condition, ...]:
+    """Return where a point is at times [s], axis by axis.
+
+    Args:
+        places: (n_times, 3), world [m]; NaN for an axis that is free.
+    """
+    return tuple(
+        Condition(
+            f"{axis} of {point.body}", "point", tuple(times), tuple(x), tuple(x), point.body, axis,
+            point.position, point.radius,
+        )
+        for axis, x in zip(AXES, np.transpose(places).tolist(), strict=True)
+        if not np.isnan(x[0])
+    )  # fmt: skip
 
 
 def one_sided(terms: tuple[Term, ...]) -> tuple[Term, ...]:

@@ -102,15 +102,17 @@ class ContactTask(Task):
     def begin(self, state, time):
         """Note which points touch now; a new one is held where it lands."""
         scheduled = self._schedule(time)
-        position = state.position(self.points)
-        low = self.points.height(state) < self.settings.touching_height
-        on = scheduled & (self.on | low)
+        on = self._held(state, scheduled)
         new = on & ~self.on
         if new.any():
-            self.spot[new] = position[new]
+            self.spot[new] = state.position(self.points)[new]
             self.spot[new, 2] = self.points.radius[new]
         self.on, self.coming = on, scheduled & ~on
         return bool(new.any())
+
+    def _held(self, state: BodyState, scheduled: Bool[Array, " n"]) -> Bool[Array, " n"]:
+        """Return which points are held of those that are to touch: once they have come down."""
+        return scheduled & (self.on | (self.points.height(state) < self.settings.touching_height))
 
     def error(self, state: BodyState, time: float):
         """Return how far points are from their spots, then how high the coming ones are [m]."""
@@ -188,16 +190,9 @@ class SoleContactTask(ContactTask):
     and shoe do; nothing stops at once.
     """
 
-    def begin(self, state, time):
-        """Note which points are held now; a new one is held at the spot it is above."""
-        on = self._schedule(time)
-        new = on & ~self.on
-        if new.any():
-            position = state.position(self.points)
-            self.spot[new] = position[new]
-            self.spot[new, 2] = self.points.radius[new]
-        self.on, self.coming = on.copy(), np.zeros_like(on)
-        return bool(new.any())
+    def _held(self, state, scheduled):
+        """Return all of them: each at the spot it is above."""
+        return scheduled.copy()
 
 
 class FloorTask(Task):
