@@ -200,7 +200,7 @@ def _other_ground(
     if step > MAX_STEP:
         how = f"stances of a foot differ by {100 * step:.0f} cm in height"
     elif "slope" in seems:
-        how = "the belt is inclined"
+        how = "it slopes along the way"
     else:
         return ""
     remedy = f"fit again with {seems}" if seems else "describe it with --ground"

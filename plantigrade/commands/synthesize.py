@@ -304,10 +304,18 @@ def parse(words: Sequence[str]) -> Any:
     words = [_joint_strength(words, k) for k in range(len(words))]
     first, options = words[0] if words else "--help", {}
     leading = list(takewhile(lambda word: not word.startswith("-"), words))
+    extra = leading[1:] if first in SUBCOMMANDS else []
+    if extra and first == TRACK:
+        words = [first, "--recording", *extra, *words[len(leading) :]]
+    elif extra:
+        raise ParameterError(
+            f"{first} takes options only, not {extra[0]!r}: see plantigrade synthesize {first} "
+            "--help"
+        )
     folder = first not in SUBCOMMANDS and not first.endswith(".toml") and (
         Path(first).is_dir() or glob.has_magic(first)
     )  # fmt: skip
-    if first == "--list" or len(leading) > 1 or (leading and folder):
+    if first == "--list" or len(leading) - len(extra) > 1 or (leading and folder):
         return parsing.parse(Files, "plantigrade synthesize", words)
     if first.startswith("-"):
         print(usage())

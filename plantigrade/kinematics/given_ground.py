@@ -51,7 +51,8 @@ class Standing:
     """Where feet stand, in axes of a ground whose height is zero, by place along x."""
 
     x: Float[Array, "n_stands 2"]  #: From the rear to the front end of each foot [m]
-    height: Float[Array, " n_stands"]  #: Mean height of heel and ball above the plane [m]
+    #: Height of heel or ball above the plane, whichever is lower (people stand on tiptoe) [m]
+    height: Float[Array, " n_stands"]
     slope: float  #: How far what they stand on rises while it moves, as a belt does [rad]
 
 
@@ -85,7 +86,7 @@ def standing_feet(
             if time[run.stop - 1] - time[run.start] >= MIN_REST_TIME:
                 x = np.median(own[run, :, 0], axis=0)
                 places.append([x.min(), x.max()])
-                height = np.mean([z[run] for z in low], axis=0)
+                height = np.min([z[run] for z in low], axis=0)
                 heights.append(float(np.median(height)))
                 move = np.stack([soles.position[run, soles.of(side), 0].mean(axis=1), height], 1)
                 moves = np.concatenate([moves, move - move.mean(axis=0)])
@@ -160,7 +161,7 @@ def suggested(
     """
     feet = standing_feet(human, time, qpos)
     if np.any(ground_velocity(time, *sole_paths(human, qpos).ends)):
-        return f"--ground slope:{_degrees(feet.slope)}" if abs(feet.slope) > MIN_BELT_SLOPE else ""
+        return _sloping(feet.slope) if abs(feet.slope) > MIN_BELT_SLOPE else ""
     if len(feet.height) < MIN_STANDING or np.ptp(feet.height) < MIN_STEP_HEIGHT:
         return ""
     x = feet.x.mean(axis=1)
@@ -169,15 +170,16 @@ def suggested(
     if line is not None and abs(np.arctan(line[0])) < MAX_RAMP_SLOPE:
         off = feet.height - np.polyval(line, x)
         if np.sqrt(np.mean(off**2)) < MAX_LINE_ERROR:
-            words.append(f"--ground slope:{_degrees(float(np.arctan(line[0])))}")
+            words.append(_sloping(float(np.arctan(line[0]))))
     levels = np.sort(feet.height)
     jumps = np.diff(levels)[np.diff(levels) > MIN_STEP_HEIGHT]
     if len(jumps):
         rise = float(np.median(jumps))
         words.append(f"--ground steps:{100 * rise:.0f}")
-    return " or ".join(words)
+    return " or ".join(word for word in words if word)
 
 
-def _degrees(slope: float) -> str:
-    """Return a slope to half a degree."""
-    return f"{np.round(2 * np.rad2deg(slope)) / 2:g}"
+def _sloping(slope: float) -> str:
+    """Return the option for a slope, to half a degree; empty for a level one."""
+    degrees = np.round(2 * np.rad2deg(slope)) / 2
+    return f"--ground slope:{degrees:g}" if degrees else ""

@@ -1,10 +1,15 @@
 """Warnings of soles that do not rest on the ground, and none for one or two frames."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from plantigrade.analyze.standing_soles import sole_notes
+from plantigrade.analyze.standing_soles import sole_notes, standing_soles
 from plantigrade.kinematics.fitted_soles import height_figures
+from plantigrade.kinematics.result import Fit
+from plantigrade.models import Human
+from plantigrade.motion import GaitEvent, Recording
 
 
 @pytest.mark.parametrize(
@@ -25,3 +30,16 @@ def test_soles_away_from_the_ground_are_noted(mean, frames_away, said):
 def test_nobody_who_stands_is_said_nothing_about():
     assert sole_notes(np.full((10, 2), np.nan)) == []
     assert height_figures(np.full((10, 2), np.nan)) == {}
+
+
+def test_a_kick_between_two_steps_is_no_stance():
+    human, time = Human.create(1.74, 71.0), np.arange(0.0, 2.0, 0.01)
+    qpos = np.tile(human.standing(), (len(time), 1))
+    up = (time > 0.8) & (time < 1.2)
+    qpos[up, 7 + human.hinge("knee_angle_l")] = np.deg2rad(80.0)
+    fit = Fit(human, time, qpos, Recording(Path("kick.c3d")), "markers")
+    events = (GaitEvent(0.1, "l", "heel_strike"), GaitEvent(1.9, "l", "toe_off"))
+    left = standing_soles(fit, events, None)[:, 1]
+    assert np.isnan(left[up]).all()
+    assert np.isfinite(left[(time > 0.15) & (time < 0.75)]).all()
+    assert np.isfinite(left[(time > 1.25) & (time < 1.85)]).all()

@@ -69,6 +69,8 @@ def test_an_interrupted_run_is_checked_and_written(tmp_path, capsys, monkeypatch
         (["walk", "--steps", "0"], "steps must be"),
         (["walk", "--start", "1"], "--start"),
         (["track"], "--recording"),
+        (["track", "none.c3d"], "none.c3d: there is no such file"),
+        (["walk", "none.c3d"], "walk takes options only, not 'none.c3d'"),
         (["track", "--recording", "none.c3d", "--speed", "1"], "--speed"),
         (["squat", "--optimise-timing"], "--optimise-timing"),
         (["walk", "--seed", "3"], "seed has no effect without restarts"),
@@ -128,6 +130,11 @@ def test_a_task_file_and_options_over_it(tmp_path):
     assert (command.jump_height, command.depth) == (0.25, 0.3)  # 0.25 is the default, and asked for
     turning = parse(["walk", "--turn", "90"])
     assert turning.turn == pytest.approx(np.pi / 2)
+
+
+def test_recordings_to_track_need_no_option():
+    command = parse(["track", "a.c3d", "b.c3d", "--mass", "70"])
+    assert command.recording == (Path("a.c3d"), Path("b.c3d")) and command.mass == 70.0
 
 
 def test_a_folder_that_has_the_name_of_a_task_does_not_hide_it(tmp_path, monkeypatch):

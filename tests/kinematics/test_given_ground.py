@@ -76,6 +76,19 @@ def test_level_ground_suggests_nothing(walk):
     assert suggested(walk.human, walk.time, on_slope(walk.qpos, 1.0)) == ""
 
 
+def test_standing_on_tiptoe_suggests_nothing():
+    """Heels and balls rest, but ever farther apart: the balls stay on the ground."""
+    human = Human.create(1.74, 71.0)
+    time, qpos = np.arange(0.0, 4.0, 1 / RATE), []
+    ankle = [7 + human.hinge(f"ankle_angle_{side}") for side in "rl"]
+    for second, angle in enumerate(np.deg2rad([0.0, -15.0, -30.0, -20.0])):
+        pose = human.standing()
+        pose[0], pose[ankle] = 0.5 * second, angle
+        pose[2] -= sole_paths(human, pose[None]).position[..., 2].min()
+        qpos += [pose] * int(RATE)
+    assert suggested(human, time, np.array(qpos)) == ""
+
+
 @pytest.mark.slow
 def test_level_belts_suggest_nothing(walk, data):
     """A real one, on which heels rise before they leave: its feet seem to be carried down by 2°."""
