@@ -18,7 +18,6 @@ STANCE_LOAD = 20.0  # [N] minimum load of a foot in stance
 # Limits of the mean height [mm], and of the height [mm] that a share of frames may exceed, because
 # contacts are timed to one or two frames.
 MAX_MEAN_HEIGHT, MAX_HEIGHT, MAX_SHARE = 10.0, 25.0, 0.05
-LOW_SHARE = 0.1  # share of a stance in which the sole is at its lowest
 
 
 def standing_soles(
@@ -27,7 +26,8 @@ def standing_soles(
     """Return heights of the soles in stance (right, left) [m]; NaN in swing.
 
     Stance is detected by load on plates, or else by gait events, or else by rest of the foot.
-    Between two steps a foot may kick, stamp or hop: where it is lifted, it does not stand.
+    Between two steps a foot may kick, stamp or hop: where it is lifted and comes down again, it
+    does not stand. (A belt that slopes lifts a foot that stands, too, but does not lower it again.)
     """
     contact, time = sole_paths(fit.human, fit.qpos, fit.ground), fit.time
     stance = np.zeros((len(time), 2), dtype=bool)
@@ -35,9 +35,9 @@ def standing_soles(
         low = contact.position[:, contact.of(side), 2].min(axis=1)
         for each in stances(events, side, float(time[0]), float(time[-1])):
             frames = each.frames(time)
-            if frames.any():
-                down = low < np.quantile(low[frames], LOW_SHARE) + MAX_REST_HEIGHT
-                stance[:, s] |= frames & down
+            own = low[frames]
+            before, after = np.minimum.accumulate(own), np.minimum.accumulate(own[::-1])[::-1]
+            stance[frames, s] |= own < np.maximum(before, after) + MAX_REST_HEIGHT
     if not events and len(time) > 2:
         rests = find_rests(contact, (len(time) - 1) / (time[-1] - time[0]))
         for rest in rests:

@@ -195,8 +195,8 @@ class Track(TrackSettings, Command):
     recording: Annotated[
         tuple[Path, ...], tyro.conf.arg(metavar="FILE|FOLDER ...", help_behavior_hint="(required)")
     ] = ()
-    """Recording to track (.c3d, .trc, .bvh, .amc, .mot); several, or folders or patterns of them,
-    make a batch."""
+    """Recording to track (.c3d, .trc, .bvh, .amc, .mot), with or without this option; several, or
+    folders or patterns of them, make a batch."""
 
     @cached_property
     def recordings(self) -> "Inputs":
@@ -306,6 +306,11 @@ def parse(words: Sequence[str]) -> Any:
     leading = list(takewhile(lambda word: not word.startswith("-"), words))
     extra = leading[1:] if first in SUBCOMMANDS else []
     if extra and first == TRACK:
+        if any(word.partition("=")[0] == "--recording" for word in words):
+            raise ParameterError(
+                f"{extra[0]!r} stands before --recording, which takes all recordings: name them in "
+                "one place"
+            )
         words = [first, "--recording", *extra, *words[len(leading) :]]
     elif extra:
         raise ParameterError(

@@ -197,7 +197,12 @@ def _inside(corners, point, margin):
 
 
 def outside_of(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return the distance of points outside a plate, negative inside (n_frames, n_points) [m]."""
+    """Return the distance of points outside a plate, negative inside (n_frames, n_points) [m].
+
+    Args:
+        corners: Corners of the plate in order, around it either way (4, 3), world [m].
+        points: Places, of which x and y count (n_frames, n_points, 2 or 3), world [m].
+    """
     c = corners[:, :2]
     centre = c.mean(axis=0)
     far = np.full(points.shape[:2], -np.inf)

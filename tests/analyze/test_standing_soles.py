@@ -32,14 +32,32 @@ def test_nobody_who_stands_is_said_nothing_about():
     assert height_figures(np.full((10, 2), np.nan)) == {}
 
 
-def test_a_kick_between_two_steps_is_no_stance():
+EVENTS = (GaitEvent(0.1, "l", "heel_strike"), GaitEvent(1.9, "l", "toe_off"))
+
+
+@pytest.fixture
+def stance():
+    """A person, times, and a motion that stands at all of them."""
     human, time = Human.create(1.74, 71.0), np.arange(0.0, 2.0, 0.01)
-    qpos = np.tile(human.standing(), (len(time), 1))
+    return human, time, np.tile(human.standing(), (len(time), 1))
+
+
+def test_a_kick_between_two_steps_is_no_stance(stance):
+    human, time, qpos = stance
     up = (time > 0.8) & (time < 1.2)
     qpos[up, 7 + human.hinge("knee_angle_l")] = np.deg2rad(80.0)
     fit = Fit(human, time, qpos, Recording(Path("kick.c3d")), "markers")
-    events = (GaitEvent(0.1, "l", "heel_strike"), GaitEvent(1.9, "l", "toe_off"))
-    left = standing_soles(fit, events, None)[:, 1]
+    left = standing_soles(fit, EVENTS, None)[:, 1]
     assert np.isnan(left[up]).all()
     assert np.isfinite(left[(time > 0.15) & (time < 0.75)]).all()
     assert np.isfinite(left[(time > 1.25) & (time < 1.85)]).all()
+
+
+@pytest.mark.parametrize("speed", [-0.06, 0.06])
+def test_a_foot_that_a_sloping_belt_lifts_or_lowers_stands(stance, speed):
+    human, time, qpos = stance
+    qpos[:, 2] += speed * time
+    fit = Fit(human, time, qpos, Recording(Path("belt.c3d")), "markers")
+    left = standing_soles(fit, EVENTS, None)[:, 1]
+    stands = (time > 0.105) & (time < 1.895)
+    assert np.isfinite(left[stands]).all() and np.ptp(left[stands]) > 0.1

@@ -70,6 +70,7 @@ def test_an_interrupted_run_is_checked_and_written(tmp_path, capsys, monkeypatch
         (["walk", "--start", "1"], "--start"),
         (["track"], "--recording"),
         (["track", "none.c3d"], "none.c3d: there is no such file"),
+        (["track", "a.c3d", "--recording", "b.c3d"], "'a.c3d' stands before --recording"),
         (["walk", "none.c3d"], "walk takes options only, not 'none.c3d'"),
         (["track", "--recording", "none.c3d", "--speed", "1"], "--speed"),
         (["squat", "--optimise-timing"], "--optimise-timing"),
