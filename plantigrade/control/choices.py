@@ -9,7 +9,10 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
+import numpy as np
+
 from plantigrade.arrays import Array, Float
+from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.control.balance import (
     Balance,
@@ -29,6 +32,7 @@ from plantigrade.errors import ParameterError, known_names
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.motion.filters import runs
 from plantigrade.options import refuse_unknown
 from plantigrade.record import Record
 from plantigrade.world import Controller
@@ -140,9 +144,11 @@ CONTROLLERS: Mapping[str, ControllerKind] = {
 """Name of a controller → its factory and the class of its settings."""
 
 STANDING, HELD, SCRIPTED = "posture", "stable-pd", "balance"
-"""Defaults for standing, for the posture of a single frame, and for a foot motion."""
+"""Defaults for standing, for the posture of a single frame, and for a foot motion or a motion on
+one foot."""
 WALKING, MOVING = "pendulum", "replay"
 """Defaults for a recorded walk, and for any other motion."""
+MAX_PIVOT = 0.05  # [m] how far a foot that has not stepped moves: half of its width
 
 
 def controller_named(
@@ -209,8 +215,9 @@ def usual(
     """Return the name of the controller that is taken where none is named.
 
     What was recorded moves no body exactly: feet slide, and forces do not fit the motion. A walk is
-    therefore walked as recorded by a pendulum, which repeats a stride of it for as long as asked;
-    what was planned or simulated is carried out as it is, and so is what is no walk.
+    therefore walked as recorded by a pendulum, which repeats a stride of it for as long as asked,
+    and a person on one foot balances there; what was planned or simulated is carried out as it is,
+    and so is any other motion.
     """
     if script is not None:
         return SCRIPTED
@@ -218,18 +225,34 @@ def usual(
         return STANDING
     if record is None or motion.n_frames == 1:
         return HELD
-    return WALKING if _is_recorded_walk(record) else MOVING
-
-
-def _is_recorded_walk(record: Record) -> bool:
-    """Return whether a motion is a recorded walk that a pendulum can repeat.
-
-    Forces are those of each contact sphere where a motion was planned or simulated. People
-    who run or jump have both feet off the ground at times: in recordings by 2.5 to 42 cm, where
-    the lower foot of walks is up by 5 mm at most.
-    """
     if record.has_forces and not any(site.measured for site in record.sites):
-        return False
+        return MOVING  # planned or simulated: it has the force of each contact sphere
+    if _is_walk(record):
+        return WALKING
+    return SCRIPTED if _is_on_one_foot(record) else MOVING
+
+
+def _is_on_one_foot(record: Record) -> bool:
+    """Return whether one foot stays where it stands, and for a while bears the body alone."""
+    limits = LoadSettings()
+    soles = sole_paths(record.human, record.motion.qpos)
+    low = soles.position[:, :, 2] - record.ground.height
+    up = [low[:, soles.of(side)].min(axis=1) > limits.max_height for side in SIDES]
+    for side, stands, other in zip(SIDES, up, reversed(up), strict=True):
+        place = soles.position[:, soles.of(side), :2].mean(axis=1)
+        stays = np.ptp(place, axis=0).max() < MAX_PIVOT
+        alone = max((run.stop - run.start for run in runs(other)), default=0)
+        if stays and not stands.any() and alone > limits.min_rest_time * record.motion.rate:
+            return True
+    return False
+
+
+def _is_walk(record: Record) -> bool:
+    """Return whether a motion is a walk that a pendulum can repeat.
+
+    People who run or jump have both feet off the ground at times: in recordings by 2.5 to 42 cm,
+    where the lower foot of walks is up by 5 mm at most.
+    """
     try:
         walk = walk_of(record)
         Pendulum(walk)

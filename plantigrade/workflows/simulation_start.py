@@ -97,7 +97,11 @@ def start_of(
         how.refuse(OF_RECORDINGS, "without a recording to fit; name one")
     if is_policy(how.controller):
         return replace(_learned(source, how, command), controller=str(how.controller))
-    begin = _start_of(source, how, step, command)
+    begin = (
+        _moving(source, how, step, command)
+        if how.motion is None
+        else _scripted(source, how, command)
+    )
     record, word = begin.record, how.controller
     if word is None:
         word = usual(begin.motion, record, begin.script) if own is None else own.name
@@ -106,6 +110,8 @@ def start_of(
         return begin
     if own is None and word != WALKING:
         begin, record = _over_ground(begin, record)
+    if own is None and word == SCRIPTED and record.motion.n_frames > 1:  # one frame is held
+        begin = _over_the_feet(begin)
     walk = walk_of(record) if word == WALKING else record
     begin = replace(begin, notes=(*begin.notes, *_external_notes(record, walk)))
     if word != WALKING:
@@ -185,17 +191,6 @@ def _learned(source: Any, how: SimulateSettings, command: str) -> Start:
     return Start(policy.reference.human, Ground(), name, origin, motion, policy=policy)
 
 
-def _start_of(source: Any, how: SimulateSettings, step: Step, command: str) -> Start:
-    if how.motion is not None:
-        if source is not None:
-            raise ParameterError("motion and a recording or run cannot be combined; give one")
-        return _scripted(how.motion, how, command)
-    begin = _moving(source, how, step, command)
-    if how.controller != SCRIPTED or begin.motion is None or begin.motion.n_frames == 1:
-        return begin  # one frame is a posture, which is held
-    return _over_the_feet(begin)
-
-
 def _recording(source: Any) -> Path | None:
     """Return the file of a recording; None where the source is a run, its folder or nothing."""
     if source is None or isinstance(source, Run):
@@ -260,8 +255,11 @@ def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Sta
     )
 
 
-def _scripted(word: str, how: SimulateSettings, command: str) -> Start:
+def _scripted(source: Any, how: SimulateSettings, command: str) -> Start:
     """Return the start of a foot motion."""
+    if source is not None:
+        raise ParameterError("motion and a recording or run cannot be combined; give one")
+    word = str(how.motion)
     human, script = how.human(), script_named(word)
     if human.feet != "multi-segment":
         raise ParameterError(

@@ -67,6 +67,27 @@ def test_a_recorded_walk_is_walked_by_a_pendulum_and_any_other_motion_is_replaye
     assert usual(uphill.motion, uphill) == "replay"
 
 
+def on_one_foot(lasts: float, moves: float = 0.0) -> Record:
+    """A person who lifts the left foot for a time [s], and slides along while on the right [m]."""
+    human = Human.create(1.7, 65.0, "female", "42", "rigid")
+    time = np.linspace(0.0, 3.0, 151)
+    qpos = np.tile(standing_on(human, Ground()), (len(time), 1))
+    up = (time >= 0.5) & (time < 0.5 + lasts)
+    for name, angle in (("hip_flexion_l", 0.8), ("knee_angle_l", 1.4)):
+        qpos[up, 7 + human.hinge(name)] = angle
+    qpos[:, 0] += moves * time / time[-1]
+    return Record(
+        human, Motion(time, qpos, np.zeros((len(time), human.model.nv)), human.joint_names)
+    )
+
+
+def test_a_person_on_one_foot_balances_there():
+    still = on_one_foot(2.0)
+    assert usual(still.motion, still) == "balance"
+    for other in (on_one_foot(1.0), on_one_foot(2.0, moves=0.3)):
+        assert usual(other.motion, other) == "replay"
+
+
 def test_a_target_keeps_to_its_range():
     lean = Target("lean", -5.0, 5.0, 0.0, "deg")
     lean.set(4.0)

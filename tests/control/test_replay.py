@@ -17,6 +17,7 @@ from plantigrade.control.replay.approach import ApproachSettings, with_approach
 from plantigrade.control.replay.summary import (
     describe_end,
     describe_steps,
+    describe_stray,
     describe_touchdowns,
     touchdown_figures,
 )
@@ -189,6 +190,11 @@ def test_touchdowns_are_described(replay):
     figures = touchdown_figures(steps)
     assert (figures["touchdowns_early"], figures["touchdowns_late"]) == (1, 1)
     assert figures["touchdown_late_max_s"] == pytest.approx(0.03)
+
+
+def test_a_body_far_beside_its_motion_is_described():
+    assert describe_stray(np.array([0.1, -0.2])) == ""
+    assert "ended 0.50 m beside it" in describe_stray(np.array([0.3, -0.4]))
 
 
 def test_a_motion_that_is_cut_off_in_a_step_ends_on_both_feet_and_says_so(side_step, replay):

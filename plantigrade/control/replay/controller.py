@@ -31,6 +31,7 @@ from plantigrade.control.replay.recovery import RecoverySteps, WaitingSettings
 from plantigrade.control.replay.summary import (
     describe_end,
     describe_steps,
+    describe_stray,
     describe_touchdowns,
     touchdown_figures,
 )
@@ -167,6 +168,7 @@ class Replay(Controller):
         sentences = describe_steps(touchdowns)
         sentences.append(describe_touchdowns(touchdowns))
         sentences.append(describe_end(self.reference, self.gait.phase))
+        sentences.append(describe_stray(self.off))
         apart = np.rad2deg(self.clearance.abduction)
         if apart.any():
             sentences.append(

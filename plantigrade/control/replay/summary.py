@@ -10,6 +10,7 @@ from plantigrade.control.gait.phase import Touchdown
 from plantigrade.control.gait.reference import ReferenceTables
 
 MIN_DEVIATION, MAX_STEPS = 0.04, 4  # [m] of a step that is described, and how many are
+MAX_STRAY = 0.25  # [m] how far beside the motion it may end without a word: the length of a foot
 
 
 def describe_steps(touchdowns: Sequence[Touchdown]) -> list[str]:
@@ -70,6 +71,17 @@ def describe_end(reference: ReferenceTables, phase: float) -> str:
     return (
         f"The motion ends after {reference.duration:.2f} s, and not at rest; a foot that swung was "
         "set down there, and what follows is not part of it."
+    )
+
+
+def describe_stray(off: Float[Array, " 2"]) -> str:
+    """Return a sentence on a body that is far beside the motion [m]; an empty one if it is not."""
+    far = float(np.linalg.norm(off))
+    if far <= MAX_STRAY:
+        return ""
+    return (
+        f"The person stayed upright by steps that the motion does not have, and ended {far:.2f} m "
+        "beside it: this is not that motion."
     )
 
 
