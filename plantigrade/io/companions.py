@@ -20,13 +20,10 @@ from pathlib import Path
 import numpy as np
 
 from plantigrade.errors import PlantigradeError
-from plantigrade.io.subjects import before_number, same_size
+from plantigrade.io.subjects import before_number, changes, same_size
 from plantigrade.motion import ForcePlate, Recording
-from plantigrade.motion.distances import distances
 
 _MAX_MARKER_MOTION = 0.02  # [m] maximum deviation of markers from their mean in a standing trial
-_MAX_SPREAD = 0.004  # [m] maximum spread of a distance between two markers on one segment
-_MIN_DISTANCE = 0.08  # [m] minimum distance between such markers
 _MAX_DIFFERENCE = 0.04  # maximum median relative difference of one person's distances
 # Words that describe the kind of data of a file, not the trial.
 KIND_WORDS = {
@@ -129,18 +126,11 @@ def same_person(a: Recording, b: Recording) -> bool:
     """Return whether two marker recordings may show the same person with the same markers.
 
     Distances between markers that are constant in one recording must be the same in the other, to
-    about a percent (soft tissue). A distance is constant if it varies by less than
-    :data:`_MAX_SPREAD`.
+    about a percent (soft tissue).
     """
     if not same_size(a, b) or a.markers is None or b.markers is None:
         return False
-    names = [n for n in a.markers.names if n in b.markers.names]
-    here, there = (distances(m.select(names).positions) for m in (a.markers, b.markers))
-    with np.errstate(invalid="ignore"):
-        kept = np.triu(
-            (here.spread < _MAX_SPREAD) & (here.usual > _MIN_DISTANCE) & np.isfinite(there.usual)
-        )
-    off = np.abs(there.usual[kept] / here.usual[kept] - 1)
+    off = changes(a.markers, b.markers, both=False)
     return not len(off) or float(np.median(off)) < _MAX_DIFFERENCE
 
 

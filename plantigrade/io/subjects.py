@@ -10,7 +10,8 @@ from collections.abc import Hashable, Sequence
 
 import numpy as np
 
-from plantigrade.motion import Recording
+from plantigrade.arrays import Array, Float
+from plantigrade.motion import Markers, Recording
 from plantigrade.motion.distances import distances
 
 MAX_SPREAD = 0.004  # [m] spread of a distance on one segment
@@ -67,16 +68,25 @@ def difference(a: Recording, b: Recording) -> float:
     """
     if a.markers is None or b.markers is None:
         return float("inf")
-    names = [n for n in a.markers.names if n in b.markers.names]
-    here, there = (distances(m.select(names).positions) for m in (a.markers, b.markers))
+    off = changes(a.markers, b.markers, both=True)
+    return float("inf") if len(off) < MIN_DISTANCES else float(np.median(off))
+
+
+def changes(a: Markers, b: Markers, *, both: bool) -> Float[Array, " n"]:
+    """Return the relative differences of the marker distances that two recordings share.
+
+    Distances are constant, as on one segment: they vary by less than :data:`MAX_SPREAD`.
+
+    Args:
+        both: Whether distances are constant in both recordings, or in the first at least.
+    """
+    names = [n for n in a.names if n in b.names]
+    here, there = (distances(m.select(names).positions) for m in (a, b))
     with np.errstate(invalid="ignore"):
-        rigid = (
-            (here.spread < MAX_SPREAD) & (there.spread < MAX_SPREAD) & (here.usual > MIN_DISTANCE)
-        )
+        rigid = (here.spread < MAX_SPREAD) & (here.usual > MIN_DISTANCE)
+        rigid &= (there.spread < MAX_SPREAD) | (not both)
     kept = np.triu(rigid & np.isfinite(there.usual))
-    if kept.sum() < MIN_DISTANCES:
-        return float("inf")
-    return float(np.median(np.abs(there.usual[kept] / here.usual[kept] - 1)))
+    return np.abs(there.usual[kept] / here.usual[kept] - 1)
 
 
 def before_number(stem: str) -> str:

@@ -27,7 +27,7 @@ def transfer_policy(
         PolicyInterface(human, rules),
     )
     seen = _seen(list(policy.reference.human.body_names), list(human.body_names))
-    done = _done(_names(policy.reference.human, theirs), _names(human, mine))
+    done = _places(_names(policy.reference.human, theirs), _names(human, mine))
     weight, bias = policy.layers[0]
     first = (_taken(weight, seen), bias.copy())
     weight, bias = policy.layers[-1]
@@ -40,7 +40,7 @@ def transfer_policy(
 def _seen(theirs: list[str], mine: list[str]) -> Int[np.ndarray, " size"]:
     """Return the index of each new observation in the old ones; -1 if there is none."""
     n, blocks = len(theirs), 5
-    place = np.array([theirs.index(name) if name in theirs else -1 for name in mine])
+    place = _places(theirs, mine)
     found = [
         np.where(place[:, None] < 0, -1, 3 * (n * k + place)[:, None] + np.arange(3)).ravel()
         for k in range(blocks)
@@ -54,7 +54,8 @@ def _names(human: Human, form: PolicyInterface) -> list[str]:
     return [*hinges, *(f"stiffness of {name}" for name in form.action.joints)]
 
 
-def _done(theirs: list[str], mine: list[str]) -> Int[np.ndarray, " k"]:
+def _places(theirs: list[str], mine: list[str]) -> Int[np.ndarray, " k"]:
+    """Return the index of each of my names in theirs; -1 if there is none."""
     return np.array([theirs.index(name) if name in theirs else -1 for name in mine])
 
 

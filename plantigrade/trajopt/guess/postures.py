@@ -12,10 +12,12 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.motion.blends import quintic_rise
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
+    PELVIS,
     pelvis_angles_to_quaternion,
     rotation_matrix,
 )
@@ -44,6 +46,11 @@ def foot_stances(stances: Sequence[Stance], side: str) -> list[Stance]:
     if not own:
         raise ParameterError(f"the {'right' if side == 'r' else 'left'} foot has no stance")
     return own
+
+
+def body_at(human: Human, q: Float[Array, " nv"]) -> BodyState:
+    """Return the body in a posture."""
+    return BodyState(human, human.from_coordinates(PELVIS + human.coordinates, q[None])[0])
 
 
 def standing_posture(human: Human) -> Float[Array, " nv"]:

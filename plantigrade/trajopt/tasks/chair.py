@@ -16,12 +16,12 @@ from plantigrade.contact.limb_sites import (
 from plantigrade.contact.plan import ContactPlan, Footprint, PointSupport
 from plantigrade.contact.site import ContactSite
 from plantigrade.kinematics.sole_paths import SitePoints
-from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
-from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, PELVIS, about_axis
+from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, about_axis
 from plantigrade.trajopt.guess.hands import palms, reached
 from plantigrade.trajopt.guess.postures import (
     KeyPostures,
+    body_at,
     posture,
     standing_feet,
     standing_on,
@@ -54,7 +54,7 @@ def resting_place(
     Args:
         pitch: Forward pitch of its body from which it rolls [rad].
     """
-    state = BodyState(human, human.from_coordinates(PELVIS + human.coordinates, q[None])[0])
+    state = body_at(human, q)
     centre = state.position(SitePoints(human, (site,)))[0]
     R = state.rotation(site.body) @ about_axis(ACROSS, np.array([-pitch]))[0]
     rho = site.radius
@@ -158,8 +158,7 @@ def _on_armrests(
 
 def _centre_of_mass(human: Human, q: Float[Array, " nv"]) -> tuple[float, float, float]:
     """Return where it is in a posture, world [m]."""
-    qpos = human.from_coordinates(PELVIS + human.coordinates, q[None])[0]
-    x, y, z = BodyState(human, qpos).com
+    x, y, z = body_at(human, q).com
     return float(x), float(y), float(z)
 
 

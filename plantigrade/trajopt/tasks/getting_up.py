@@ -21,13 +21,11 @@ from plantigrade.contact.plan import ContactPlan, Footprint, PointSupport, Stanc
 from plantigrade.contact.site import foot_sites
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import SitePoints
-from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.side_names import opposite
-from plantigrade.spatial.conventions import PELVIS
 from plantigrade.trajopt.guess.foot_motion import with_toes
 from plantigrade.trajopt.guess.in_contact import KNEELING, Interpolated, resting
-from plantigrade.trajopt.guess.postures import standing_feet, standing_posture
+from plantigrade.trajopt.guess.postures import body_at, standing_feet, standing_posture
 from plantigrade.trajopt.guess.rising import RisingPostures
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.tasks.lying_on_back import STRAIGHT, LyingOnBack
@@ -223,9 +221,8 @@ def toes_behind(
     foot = {name: KNEELING[name] for name in ("ankle_angle", "mtp_angle")}
     for name, angle in with_toes(human, foot).items():
         q[6 + human.hinge(f"{name}_{side}")] = angle
-    qpos = human.from_coordinates(PELVIS + human.coordinates, q[None])[0]
     parts = tuple(limb_site(human, f"{part}_{side}") for part in ("knee", "toes"))
-    places = BodyState(human, qpos).position(SitePoints(human, parts))
+    places = body_at(human, q).position(SitePoints(human, parts))
     x, y, _ = places[1] - places[0] + knee
     return float(x), float(y), 0.0
 

@@ -23,11 +23,11 @@ from plantigrade.contact.limb_sites import (
 )
 from plantigrade.contact.plan import PointSupport
 from plantigrade.contact.site import Point
-from plantigrade.kinematics.state import BodyState, PointSet
+from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import PELVIS
 from plantigrade.trajopt.guess.lying_leg import LyingLeg
-from plantigrade.trajopt.guess.postures import standing_posture, with_limbs
+from plantigrade.trajopt.guess.postures import body_at, standing_posture, with_limbs
 from plantigrade.trajopt.tasks.chair import resting_place
 
 Coordinates = Float[Array, " nv"]
@@ -133,8 +133,7 @@ def _on_buttocks(human: Human, q: Coordinates, hip: float) -> Coordinates:
 
 def _places(human: Human, q: Coordinates, points: Sequence[Point]) -> Float[Array, "n 3"]:
     """Return where points are in a posture, world [m]."""
-    qpos = human.from_coordinates(PELVIS + human.coordinates, q[None])[0]
-    return BodyState(human, qpos).position(PointSet.of(human, points))
+    return body_at(human, q).position(PointSet.of(human, points))
 
 
 def _turn(places: Float[Array, "2 3"], low: float, high: float) -> float:
