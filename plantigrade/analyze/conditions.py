@@ -117,30 +117,21 @@ def _speed(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]
     return motion.velocity(name)
 
 
-def _rest(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
-    return np.abs(record.motion.qvel).max(axis=1)
+def _lowest(record: Record, s: Sweep, condition: Condition) -> Float[Array, "n 3"]:
+    """Return the lowest point of a sphere [m]."""
+    body = record.human.body(condition.of)
+    place = s.position[:, body] + s.rotation[:, body] @ np.array(condition.position)
+    return place - condition.radius * record.ground.normal
 
 
 def _point(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
-    body = record.human.body(condition.of)
-    place = s.position[:, body] + s.rotation[:, body] @ np.array(condition.position)
-    return _along(record, place - condition.radius * record.ground.normal, condition)
+    return _along(record, _lowest(record, s, condition), condition)
 
 
 def _clearance(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
     """Return the height of the lowest point of a sphere above the ground [m]."""
-    body, ground = record.human.body(condition.of), record.ground
-    place = s.position[:, body] + s.rotation[:, body] @ np.array(condition.position)
-    low = place - condition.radius * ground.normal
+    low, ground = _lowest(record, s, condition), record.ground
     return low @ ground.normal - ground.under(low)
-
-
-def _com(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
-    return _along(record, s.com, condition)
-
-
-def _com_speed(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
-    return _along(record, s.momentum[:, :3] / record.human.mass, condition)
 
 
 def _power(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
@@ -170,11 +161,11 @@ _SERIES: dict[str, Callable[[Record, Sweep, Condition], np.ndarray]] = {
     "coordinate": _coordinate,
     "displacement": _coordinate,
     "speed": _speed,
-    "rest": _rest,
+    "rest": lambda record, s, c: np.abs(record.motion.qvel).max(axis=1),
     "point": _point,
     "clearance": _clearance,
-    "com": _com,
-    "com speed": _com_speed,
+    "com": lambda record, s, c: _along(record, s.com, c),
+    "com speed": lambda record, s, c: _along(record, s.momentum[:, :3] / record.human.mass, c),
     "power": _power,
     "muscle torque": _muscle_torque,
 }

@@ -55,7 +55,9 @@ def bones_of(human: Human, rig: str = "plantigrade") -> tuple[Bone, ...]:
     require_scaled(human, "a skeleton of bones")
     if rig not in RIGS:
         raise ParameterError(f"{rig=} must be one of {', '.join(RIGS)}")
-    names, skeleton, marks = _with_toes(RIGS[rig]), human.skeleton, attachments(human)
+    # a foot of many parts has its first toes where others have one part
+    names = {**RIGS[rig], "medial_phalanges": RIGS[rig]["toes"]}
+    skeleton, marks = human.skeleton, attachments(human)
     middle = np.mean([skeleton.origins[f"femur_{side}"] for side in SIDES], axis=0)
     parts = {
         part.name: part.parent
@@ -99,11 +101,6 @@ def bone_poses(
     local = np.array([bone.end if ends else bone.position for bone in bones])
     turned = np.einsum("nbij,bj->nbi", rotations[:, body], local)
     return origins[:, body] + turned, rotations[:, body]
-
-
-def _with_toes(names: Mapping[str, str]) -> dict[str, str]:
-    """Return the names with those of the first toes of a foot of many parts."""
-    return {**names, "medial_phalanges": names["toes"]}
 
 
 def _bone_above(name: str, parts: Mapping[str, str], chosen: list[str]) -> str:

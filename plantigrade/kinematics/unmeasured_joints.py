@@ -99,7 +99,7 @@ def follow_the_legs(
     legs = leg_swing(human, time, qpos, seen)
     usual, share = upper_body(legs.phase, legs.speed, runs=legs.runs), swing_scale(legs.speed)
     share = np.minimum(share, 1.0)
-    tilt, side_lean, turned = _angles(qpos[:, 3:7]).T
+    tilt, side_lean, turned = quaternion_to_pelvis_angles(qpos[:, 3:7]).T
     ahead = _smooth(time, turned, 0.5 / legs.strides)
     # Walking people hold the trunk still above the pelvis. Others bend forward with it, and sit
     # upright on a pelvis that is turned back.
@@ -111,7 +111,8 @@ def follow_the_legs(
     trunk[:, 1] += side_lean - np.clip(side_lean, -MAX_UPRIGHT_TILT, MAX_UPRIGHT_TILT)
     trunk[:, 2] = share * (ahead + trunk[:, 2]) + (1 - share) * turned
     _turn_to(human, qpos, SPINE, hidden, trunk)
-    above = _angles(_rotation(human, qpos, _arm_carrier(human)))
+    thorax = human.body(human.skeleton.parts["thorax"][0])  # which carries the arms
+    above = quaternion_to_pelvis_angles(_rotation(human, qpos, thorax))
     head = np.zeros_like(trunk)
     head[:, 2] = share * ahead + (1 - share) * above[:, 2]
     _turn_to(human, qpos, NECK, hidden, head)
@@ -142,7 +143,7 @@ def leg_swing(
         return still
     ankles = [human.skeleton.parts[f"foot_{side}"] for side in SIDES]
     feet = PointSet(human, [b for b, _ in ankles], np.array([at for _, at in ankles])).path(qpos)
-    turned = _angles(qpos[:, 3:7])[:, 2, None]
+    turned = quaternion_to_pelvis_angles(qpos[:, 3:7])[:, 2, None]
     before = feet - qpos[:, None, :3]
     before = np.cos(turned) * before[..., 0] + np.sin(turned) * before[..., 1]
     shown = [bool(seen[human.hinge(f"hip_flexion_{side}")]) for side in SIDES]
@@ -221,7 +222,7 @@ def _turn_to(human: Human, qpos, joints, hidden: set[str], target) -> None:
     base = Rotation.from_quat(wxyz_to_xyzw(_rotation(human, qpos, int(model.body_parentid[first]))))
     desired = Rotation.from_quat(wxyz_to_xyzw(pelvis_angles_to_quaternion(target)))
     share = Rotation.from_rotvec((base.inv() * desired).as_rotvec() / len(here))
-    angles = _angles(xyzw_to_wxyz(share.as_quat()))
+    angles = quaternion_to_pelvis_angles(xyzw_to_wxyz(share.as_quat()))
     low, high = human.limits
     for joint in here:
         for turn, values in zip(_TURNS, angles.T, strict=True):
@@ -233,15 +234,6 @@ def _rotation(human: Human, qpos, body: int) -> Float[Array, "n_frames 4"]:
     """Return the orientation of a body in every frame, ``wxyz``."""
     turned = np.array([state.rotation(body) for state in sweep(human, qpos)])
     return xyzw_to_wxyz(Rotation.from_matrix(turned).as_quat())
-
-
-def _arm_carrier(human: Human) -> int:
-    """Return the body of the trunk that carries the arms."""
-    return human.body(human.skeleton.parts["thorax"][0])
-
-
-def _angles(quat: Float[Array, "n_frames 4"]) -> Float[Array, "n_frames 3"]:
-    return quaternion_to_pelvis_angles(quat)
 
 
 def _upright_tilt(human: Human, qpos, tilt) -> float:

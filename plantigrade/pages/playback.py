@@ -54,7 +54,7 @@ def playback(
         loop = None
     count = int(np.clip(round((end - begin) * rate), 2, MAX_FRAMES))
     instants = begin + (end - begin) * np.arange(count + 1) / count
-    com = _com(record, instants)
+    com = poses(record.human.model, resampled(record.motion, instants).qpos)[2]
     if loop is not None:
         centre = com.mean(axis=0) + np.outer(np.linspace(-0.5, 0.5, count + 1), loop)
         return Playback(instants, end - begin, centre, loop)
@@ -112,10 +112,6 @@ def _stride(record: Record) -> tuple[float, float, np.ndarray] | None:
     return (
         (cycles[best].start, cycles[best].stop, loops[best]) if off[best] < LOOP_TOLERANCE else None
     )
-
-
-def _com(record: Record, instants: np.ndarray) -> np.ndarray:
-    return poses(record.human.model, resampled(record.motion, instants).qpos)[2]
 
 
 def _follow(com: np.ndarray) -> np.ndarray:

@@ -149,8 +149,8 @@ def _placed(
 ) -> Iterator[tuple[Shape, tuple[Array, Array]]]:
     """Yield the shape and the poses of moving ground and of objects, numbered from ``body`` on."""
     if moved is not None:
-        pose = moved.shift[frames], _quaternions(moved.rotation[frames])
-        yield plate_shape(com, body=body), pose
+        turn = xyzw_to_wxyz(Rotation.from_matrix(moved.rotation[frames]).as_quat())
+        yield plate_shape(com, body=body), (moved.shift[frames], turn)
         body += 1
     for k, each in enumerate(scene_objects_of(record), start=body):
         yield object_shape(each, body=k), (each.pose[frames, :3], each.pose[frames, 3:])
@@ -178,11 +178,6 @@ def object_shape(placed: PlacedObject, *, body: int) -> Shape:
     middle, straight = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
     wood, name = rgb(theme.SCENE_OBJECT), f"{SCENE_OBJECT}_{shown.name}"
     return Shape(shown.kind, size, middle, straight, wood, body, "", name=name)
-
-
-def _quaternions(rotation: Float[Array, "n 3 3"]) -> Float[Array, "n 4"]:
-    """Return rotations as quaternions ``wxyz``."""
-    return xyzw_to_wxyz(Rotation.from_matrix(rotation).as_quat())
 
 
 def _with(pose: tuple[Array, Array], bodies: tuple) -> tuple[Array, Array]:

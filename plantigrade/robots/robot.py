@@ -196,10 +196,6 @@ def read_names(path: str | Path) -> dict[str, str]:
     return found
 
 
-def _is_free(joint) -> bool:
-    return joint.type == mujoco.mjtJoint.mjJNT_FREE
-
-
 def _bodies_below(body) -> int:
     return 1 + sum(_bodies_below(child) for child in body.bodies)
 
@@ -208,7 +204,8 @@ def _compiled(path: Path) -> mujoco.MjModel:
     """Return the model of a file, with a free root."""
     spec = mujoco.MjSpec.from_file(str(path))
     roots = [body for body in spec.bodies if body.parent == spec.worldbody]
-    if not any(_is_free(joint) for root in roots for joint in root.joints):
+    free = mujoco.mjtJoint.mjJNT_FREE
+    if not any(joint.type == free for root in roots for joint in root.joints):
         (max(roots, key=_bodies_below) if roots else spec.worldbody).add_freejoint()
     return spec.compile()
 

@@ -87,10 +87,6 @@ def _spelled(name: str) -> str:
     return f"{name}:{metavar}" if metavar else name
 
 
-def _slope(degrees: float, _: int) -> Ground:
-    return Ground(slope=float(np.deg2rad(degrees)))
-
-
 def _ramp(degrees: float, _: int) -> Ground:
     """Return level ground followed by a slope, which a person reaches while walking."""
     n = round((RAMP_LENGTH + RAMP_START + RELIEF_ASIDE) / RAMP_SPACING) + 1
@@ -194,7 +190,7 @@ def _field(z: np.ndarray, height: float) -> Ground:
 
 GROUNDS: dict[str, tuple[Callable[[float, int], Ground], str, float, float, str]] = {
     "flat": (lambda _, __: Ground(), "", 0, 0, ""),
-    "slope": (_slope, "degrees", -30, 30, "DEG"),
+    "slope": (lambda deg, _: Ground(slope=float(np.deg2rad(deg))), "degrees", -30, 30, "DEG"),
     "ramp": (_ramp, "degrees", -30, 30, "DEG"),
     "sphere": (_sphere, "m", 0.3, 100, "R"),
     "dome": (_dome, "cm", 0.1, 5, "CM"),
