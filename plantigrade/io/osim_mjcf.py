@@ -6,7 +6,6 @@ from xml.etree import ElementTree as ET
 import mujoco
 import numpy as np
 
-from plantigrade.arrays import Array, Float
 from plantigrade.io.osim import OsimJoint, OsimModel
 from plantigrade.io.osim_root import root_pose
 from plantigrade.io.osim_tree import OsimLink
@@ -14,7 +13,7 @@ from plantigrade.models.mjcf import add_shapes, numbers
 from plantigrade.models.parts import Inertia, SoleSphere, Solid
 from plantigrade.models.skeleton import Body, Hinge
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD as W
-from plantigrade.spatial.conventions import xyzw_to_wxyz
+from plantigrade.spatial.conventions import rotation_quaternion
 
 MIN_MASS, MIN_INERTIA = 1e-6, 1e-9  # [kg, kg m²] of massless bodies, for MuJoCo's mass matrix
 
@@ -37,7 +36,7 @@ def osim_mjcf(
     ET.SubElement(world, "geom", floor, contype="0", conaffinity="1")
     elements = {"": world}
     for link in links:
-        where = {"pos": numbers(link.position), "quat": numbers(_quat(link.rotation))}
+        where = {"pos": numbers(link.position), "quat": numbers(rotation_quaternion(link.rotation))}
         element = ET.SubElement(elements[link.parent], "body", {"name": link.name, **where})
         elements[link.name] = element
         if not link.parent:
@@ -85,12 +84,6 @@ def body_of(
         if driven.own
     )
     return Body(link.name, link.parent, link.position, hinges, inertia, solids, spheres)
-
-
-def _quat(rotation: Float[Array, "3 3"]) -> Float[Array, " 4"]:
-    from scipy.spatial.transform import Rotation
-
-    return xyzw_to_wxyz(Rotation.from_matrix(rotation).as_quat())
 
 
 def _add_inertial(element: ET.Element, model: OsimModel, name: str) -> None:

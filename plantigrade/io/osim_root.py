@@ -9,7 +9,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
 from plantigrade.io.osim import OsimJoint
 from plantigrade.spatial.conventions import OPENSIM_TO_WORLD as W
-from plantigrade.spatial.conventions import about_axis, rotation_matrix, xyzw_to_wxyz
+from plantigrade.spatial.conventions import about_axis, rotation_matrix, rotation_quaternion
 
 
 def check_root(root: OsimJoint) -> None:
@@ -40,8 +40,7 @@ def root_pose(root: OsimJoint, column: Mapping[str, np.ndarray], n: int) -> Floa
     P, C = root.parent.rotation, root.child.rotation
     R = P @ turn @ C.T
     origin = root.parent.position + moved @ P.T - R @ root.child.position
-    quat = Rotation.from_matrix(W @ R @ W.T).as_quat()
-    return np.hstack([origin @ W.T, xyzw_to_wxyz(quat)])
+    return np.hstack([origin @ W.T, rotation_quaternion(W @ R @ W.T)])
 
 
 def root_coordinates(root: OsimJoint, qpos: Float[Array, "n nq"]) -> dict[str, Float[Array, " n"]]:

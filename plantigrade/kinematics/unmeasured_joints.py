@@ -29,6 +29,7 @@ from plantigrade.side_names import split_side
 from plantigrade.spatial.conventions import (
     pelvis_angles_to_quaternion,
     quaternion_to_pelvis_angles,
+    rotation_quaternion,
     wxyz_to_xyzw,
     xyzw_to_wxyz,
 )
@@ -233,7 +234,7 @@ def _turn_to(human: Human, qpos, joints, hidden: set[str], target) -> None:
 def _rotation(human: Human, qpos, body: int) -> Float[Array, "n_frames 4"]:
     """Return the orientation of a body in every frame, ``wxyz``."""
     turned = np.array([state.rotation(body) for state in sweep(human, qpos)])
-    return xyzw_to_wxyz(Rotation.from_matrix(turned).as_quat())
+    return rotation_quaternion(turned)
 
 
 def _upright_tilt(human: Human, qpos, tilt) -> float:

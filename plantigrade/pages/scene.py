@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
-from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.charts import theme
@@ -26,7 +25,7 @@ from plantigrade.pages.shapes import PLATE, SCENE_OBJECT, Shape, rgb, shapes_of
 from plantigrade.record import Record
 from plantigrade.record.moving_ground import GroundPath
 from plantigrade.record.scene_objects import PlacedObject, scene_objects_of
-from plantigrade.spatial.conventions import rotation_matrix, xyzw_to_wxyz
+from plantigrade.spatial.conventions import rotation_matrix, rotation_quaternion
 
 VIEW_RATE = 50.0  # [Hz] of drawn frames; the page interpolates between them
 MAX_FRAMES = 6000  # of a page; longer motions have a lower frame rate
@@ -149,8 +148,8 @@ def _placed(
 ) -> Iterator[tuple[Shape, tuple[Array, Array]]]:
     """Yield the shape and the poses of moving ground and of objects, numbered from ``body`` on."""
     if moved is not None:
-        turn = xyzw_to_wxyz(Rotation.from_matrix(moved.rotation[frames]).as_quat())
-        yield plate_shape(com, body=body), (moved.shift[frames], turn)
+        pose = moved.shift[frames], rotation_quaternion(moved.rotation[frames])
+        yield plate_shape(com, body=body), pose
         body += 1
     for k, each in enumerate(scene_objects_of(record), start=body):
         yield object_shape(each, body=k), (each.pose[frames, :3], each.pose[frames, 3:])

@@ -4,12 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.scene import SceneObject, boards
 from plantigrade.record.record import Record
-from plantigrade.spatial.conventions import xyzw_to_wxyz
+from plantigrade.spatial.conventions import rotation_quaternion
 
 PLACES = "things.place"
 """Middle [m] and rotation, ``wxyz``, of every object in every frame; NaN while it is absent."""
@@ -53,7 +52,7 @@ def _moving_boards(record: Record) -> tuple[PlacedObject, ...]:
     for k, seats in enumerate(record.ground.moving_seats):
         for board in boards(seats):
             x, y, z = map(float, board.half_sizes)
-            turned = xyzw_to_wxyz(Rotation.from_matrix(board.axes).as_quat())
+            turned = rotation_quaternion(board.axes)
             pose = np.hstack([board.centre + shifts[:, k], np.tile(turned, (len(shifts), 1))])
             found.append(PlacedObject(SceneObject("support", "box", (x, y, z)), pose))
     return tuple(found)

@@ -44,6 +44,13 @@ def rotation_matrix(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 3 3"]:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
+def rotation_quaternion(rotation: Float[Array, "*n 3 3"]) -> Float[Array, "*n 4"]:
+    """Return ``wxyz`` of rotations, the inverse of :func:`rotation_matrix`."""
+    from scipy.spatial.transform import Rotation
+
+    return xyzw_to_wxyz(Rotation.from_matrix(rotation).as_quat())
+
+
 def about_vertical(angle: float) -> Float[Array, "3 3"]:
     """Return the rotation about the vertical by an angle, to the left [rad].
 

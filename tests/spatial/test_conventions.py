@@ -27,6 +27,8 @@ def test_quaternion_orders_are_inverse_and_agree_with_scipy_and_mujoco():
     np.testing.assert_array_equal(c.xyzw_to_wxyz(c.wxyz_to_xyzw(q)), q)
     ours = c.rotation_matrix(q)
     np.testing.assert_allclose(ours, Rotation.from_quat(c.wxyz_to_xyzw(q)).as_matrix(), atol=1e-14)
+    back = c.rotation_quaternion(ours)
+    np.testing.assert_allclose(back * np.sign((back * q).sum(1, keepdims=True)), q, atol=1e-14)
     for quat, matrix in zip(q, ours, strict=True):
         theirs = np.zeros(9)
         mujoco.mju_quat2Mat(theirs, quat)

@@ -19,8 +19,8 @@ from plantigrade.models import Human
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
     quaternion_to_pelvis_angles,
+    rotation_quaternion,
     within_half_turn,
-    xyzw_to_wxyz,
 )
 from plantigrade.trajopt.guess.foot_motion import FootMotion, foot_motion, toe_coordinates
 from plantigrade.trajopt.guess.legs import Leg
@@ -181,6 +181,4 @@ def _between(stances: Sequence[Stance], time: float) -> Float[Array, " 4"]:
 
 def _angles(rotation: Float[Array, "n 3 3"]) -> Float[Array, "n 3"]:
     """Return pelvis tilt, list and rotation of rotations to world axes [rad]."""
-    from scipy.spatial.transform import Rotation
-
-    return quaternion_to_pelvis_angles(xyzw_to_wxyz(Rotation.from_matrix(rotation).as_quat()))
+    return quaternion_to_pelvis_angles(rotation_quaternion(rotation))
