@@ -35,8 +35,6 @@ class BatchState:
         self.quat, self.com = np.zeros((n, 4)), np.zeros((n, 3))
         self.positions, self.velocities = np.zeros((n, bodies, 3)), np.zeros((n, bodies, 6))
         self.orientations, self._mass_centres = np.zeros((n, bodies, 4)), np.zeros((n, bodies, 3))
-        mass = human.model.body_mass[own]
-        self._mass_fractions = mass / mass.sum()
         self.headings, self._limbs = np.zeros((n, 3, 3)), limbs - 1
         # Views remain valid because MuJoCo does not reallocate; creating them takes longer than
         # reading.

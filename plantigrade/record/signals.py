@@ -42,8 +42,8 @@ class Signal:
         return self.shape == "..."
 
 
-CONTROLLER, LIVE, USER = "controller.", "live.", "user."
-"""Beginnings of free names: what a controller, a live session or a user stores."""
+CONTROLLER, USER = "controller.", "user."
+"""Beginnings of free names: what a controller or a user stores."""
 
 SIGNALS: Mapping[str, Signal] = {
     row.name: row for row in csv_rows("plantigrade.record", "signals.csv", Signal)
