@@ -194,7 +194,7 @@ def test_touchdowns_are_described(replay):
 
 def test_a_body_far_beside_its_motion_is_described():
     assert describe_stray(np.array([0.1, -0.2])) == ""
-    assert "ended 0.50 m beside it" in describe_stray(np.array([0.3, -0.4]))
+    assert "led the person 0.50 m beside it" in describe_stray(np.array([0.3, -0.4]))
 
 
 def test_a_motion_that_is_cut_off_in_a_step_ends_on_both_feet_and_says_so(side_step, replay):

@@ -80,8 +80,8 @@ def describe_stray(off: Float[Array, " 2"]) -> str:
     if far <= MAX_STRAY:
         return ""
     return (
-        f"The person stayed upright by steps that the motion does not have, and ended {far:.2f} m "
-        "beside it: this is not that motion."
+        f"Steps that the motion does not have led the person {far:.2f} m beside it: this is not "
+        "that motion."
     )
 
 
