@@ -44,6 +44,12 @@ ISCHIAL_DISTANCE = 0.068
 """Distance between the ischial contacts, relative to stature [1]; 12 cm. Estimate."""
 BACK_ASIDE = 0.5  # [1] contact of half of the back from the middle, of half the chest's width
 ISCHIAL_RADIUS = 0.025  # Radius of an ischial contact sphere, relative to stature [1]. Estimate.
+REAR_DISTANCE = 0.04
+"""How far behind the ischia the buttocks bear on a cushion, relative to stature [1]; 7 cm.
+
+Estimate, by which recorded people rise, as with 5 and 9 cm. The centre of pressure of a person who
+leans back is 6 cm behind the ischia; with nothing there, the trunk cannot be thrown forward.
+"""
 
 
 def palm(human: Human, side: str) -> Point:
@@ -129,3 +135,18 @@ def seat_sites(human: Human) -> tuple[ContactSite, ...]:
         )
         for side, y in (("r", -half), ("l", half))
     )
+
+
+def cushioned_sites(human: Human) -> tuple[ContactSite, ...]:
+    """Return the contact sites that a cushion carries: the ischia, and the buttocks behind them.
+
+    They are level where the pelvis is tilted as in upright sitting.
+    """
+    ischia = seat_sites(human)
+    c, s = np.cos(SEATED_PELVIS_TILT), np.sin(SEATED_PELVIS_TILT)
+    behind = REAR_DISTANCE * human.height * np.array([-c, 0.0, s])
+    rear = (
+        replace(each, position=each.position + behind, name=each.name.replace("seat", "seat_rear"))
+        for each in ischia
+    )
+    return (*ischia, *rear)

@@ -34,7 +34,7 @@ from plantigrade.record.metrics import METRICS
 from plantigrade.record.provenance import source_files
 from plantigrade.workflows.fit import fit_trial
 from plantigrade.workflows.fit import provenance as fit_provenance
-from plantigrade.workflows.recorded_seat import with_ischia
+from plantigrade.workflows.recorded_seat import with_cushion
 from plantigrade.workflows.settings import OF_RECORDINGS
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.steps import Step
@@ -242,7 +242,7 @@ def _moving(source: Any, how: SimulateSettings, step: Step, command: str) -> Sta
             "this motion is on ground or supports that move, and controllers know only those at "
             "rest; give a motion without [ground] and motion"
         )
-    record = with_ischia(record)
+    record = with_cushion(record)
     files = {} if folder is None else source_files([folder / METRICS])
     return Start(
         record.human,
@@ -273,7 +273,7 @@ def _scripted(source: Any, how: SimulateSettings, command: str) -> Start:
 
 def _of_trial(name: str, trial: Trial, origin: Provenance) -> Start:
     """Return the start from a recording; notes say what makes it doubtful."""
-    record = with_ischia(trial.record())
+    record = with_cushion(trial.record())
     record = replace(record, notes=(*Plausibility.of(trial).notes, *record.notes))
     sites = _carriers(record)
     stem = Path(name).stem
