@@ -112,6 +112,11 @@ class Training:
         return self.curve[-1].decisions if self.curve else 0
 
     @property
+    def network(self) -> Any:
+        """Actor and critic as a torch module."""
+        return self._learner.policy
+
+    @property
     def finished(self) -> bool:
         """Whether training has ended."""
         return self.reached or self.decisions >= self.max_decisions
