@@ -54,14 +54,7 @@ def scripted(
     segment = np.clip(np.searchsorted(at, time, side="right") - 1, 0, len(frames) - 2)
     presses = np.array([f.presses for f in frames])
     between = presses[:-1] & presses[1:]  # from each frame to the next
-    flights = [(run.start, run.stop) for run in runs(np.atleast_1d(~between.any(axis=(1, 2))))]
-    if flights and flights[-1][1] == len(frames) - 1:
-        raise ParameterError(f"{script.title} ends in the air: say which segments press in the end")
-    if flights and flights[0][0] == 0:
-        raise ParameterError(
-            f"{script.title} is in the air from its beginning, where the person stands: say in a "
-            "frame before the flight which segments press at take-off"
-        )
+    flights = _flights(script.title, between)
     ankles = scale * np.array([f.ankle for f in frames])
     ankle = np.stack([ankle_path(at, ankles[:, k], flights, time, s) for k in (0, 1)], axis=1)
     body = scale * np.array([f.body for f in frames])
@@ -69,14 +62,13 @@ def scripted(
     goals = _goals(solver, frames, between, scale, {a for a, _ in flights}) + body[:, :2]
     for a, b in flights:  # straight up before a flight, and straight down after it
         goals[max(a - 1, 0)], goals[min(b + 1, len(goals) - 1)] = goals[a], goals[b]
+    goal = np.column_stack([through(at, goals, time), solver.com[2] + rise])
     marked = between[segment]
     for a, b in flights:  # on the way to and from a flight feet are flat until their heels rise
         for k, flat in ((a - 1, a - 1), (b, b + 1)):
-            if 0 <= k < len(between):
-                own = segment == k
-                low = np.abs(ankle[own, :, 2] - ankles[flat, :, 2]) < MIN_RISE
-                marked[own] = np.where(low[..., None], presses[flat], marked[own])
-    goal = np.column_stack([through(at, goals, time), solver.com[2] + rise])
+            own = segment == k
+            low = np.abs(ankle[own, :, 2] - ankles[flat, :, 2]) < MIN_RISE
+            marked[own] = np.where(low[..., None], presses[flat], marked[own])
     qpos = solver.path(ankle, marked, goal, RATE if flights else 0.0)
     motion = Motion(time, qpos, velocities_of(human, qpos, RATE), human.joint_names)
     spheres = solver.spheres_of(marked)
@@ -90,6 +82,19 @@ def scripted(
             path = _toward(at, toward[:, k], time, segment)
             reference.force_cost *= _force_cost(reference.spheres, own, path, s)
     return reference
+
+
+def _flights(title: str, between: Array) -> list[tuple[int, int]]:
+    """Return the first and last frame of every flight; refuse one at either end of a script."""
+    flights = [(run.start, run.stop) for run in runs(np.atleast_1d(~between.any(axis=(1, 2))))]
+    if flights and flights[-1][1] == len(between):
+        raise ParameterError(f"{title} ends in the air: say which segments press in the end")
+    if flights and flights[0][0] == 0:
+        raise ParameterError(
+            f"{title} is in the air from its beginning, where the person stands: say in a "
+            "frame before the flight which segments press at take-off"
+        )
+    return flights
 
 
 def _toward(at: Array, toward: Array, time: Array, segment: Array) -> Array:
@@ -186,31 +191,12 @@ def com_height(
     for a, b in flights:
         airborne[a + 1 : b] = True
     keep = np.flatnonzero(~airborne)
-    at, height = at[keep], height[keep]
-    slopes, accelerations = _slopes(at, height), np.zeros(len(at))
     number = {int(k): i for i, k in enumerate(keep)}
     edges = [(number[a], number[b]) for a, b in flights]
-    for a, b in edges:
-        span = at[b] - at[a]
-        mean = (height[b] - height[a]) / span
-        slopes[[a, b]] = mean + 0.5 * GRAVITY * span, mean - 0.5 * GRAVITY * span
-        accelerations[[a, b]] = -GRAVITY
-    fall, bound = {a for a, _ in edges}, {i for pair in edges for i in pair}
-    tried = np.linspace(0.0, settings.max_force - 1.0, N_ACCELERATIONS) * GRAVITY
-    for turn in (i for a, b in edges for i in (a - 1, b + 1)):
-        if 0 < turn < len(at) - 1 and turn not in bound:
-            slopes[turn] = 0.0
-            near = [k for k in (turn - 1, turn) if k not in fall]
-            needed = []
-            for acceleration in tried:
-                accelerations[turn] = acceleration
-                path = _quintic(at, height, slopes, accelerations)
-                needed.append(max(float(np.abs(_between(path, at, k)).max()) for k in near))
-            accelerations[turn] = tried[int(np.argmin(needed))]
-    path = _quintic(at, height, slopes, accelerations)
-    for k in range(len(at) - 1):
-        if k in fall:
-            continue
+    at = at[keep]
+    path = _falling(at, height[keep], edges, settings.max_force)
+    taken_off = {a for a, _ in edges}
+    for k in sorted(set(range(len(at) - 1)) - taken_off):
         force = 1.0 + _between(path, at, k) / GRAVITY
         if not (force.min() > -FORCE_TOLERANCE and force.max() <= settings.max_force):
             raise ParameterError(
@@ -219,6 +205,33 @@ def com_height(
                 f"{settings.max_force:g}: give the body more time or way before and after a flight"
             )
     return path(time)
+
+
+def _falling(at: Array, height: Array, edges: list[tuple[int, int]], max_force: float) -> BPoly:
+    """Return the height between frames, of which ``edges`` begin and end a flight.
+
+    Where the body turns before and after a flight, it does so with the least force.
+    """
+    slopes, accelerations = _slopes(at, height), np.zeros(len(at))
+    for a, b in edges:
+        span = at[b] - at[a]
+        mean = (height[b] - height[a]) / span
+        slopes[[a, b]] = mean + 0.5 * GRAVITY * span, mean - 0.5 * GRAVITY * span
+        accelerations[[a, b]] = -GRAVITY
+    taken_off, bound = {a for a, _ in edges}, {i for pair in edges for i in pair}
+    tried = np.linspace(0.0, max_force - 1.0, N_ACCELERATIONS) * GRAVITY
+    for turn in (i for a, b in edges for i in (a - 1, b + 1)):
+        if not 0 < turn < len(at) - 1 or turn in bound:
+            continue
+        slopes[turn] = 0.0
+        near = [k for k in (turn - 1, turn) if k not in taken_off]
+        needed = []
+        for acceleration in tried:
+            accelerations[turn] = acceleration
+            path = _quintic(at, height, slopes, accelerations)
+            needed.append(max(float(np.abs(_between(path, at, k)).max()) for k in near))
+        accelerations[turn] = tried[int(np.argmin(needed))]
+    return _quintic(at, height, slopes, accelerations)
 
 
 def _between(path: BPoly, at: Array, k: int) -> Array:
