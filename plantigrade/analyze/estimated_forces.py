@@ -16,7 +16,7 @@ from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.dynamics.centroid import root_wrench_at
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
 from plantigrade.dynamics.inverse import Moments, inverse_dynamics
-from plantigrade.dynamics.loading import RUNNING_FREQUENCY_RATIO
+from plantigrade.dynamics.loading import MIN_BOX_REST, RUNNING_FREQUENCY_RATIO
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.errors import ParameterError, SolverError
 from plantigrade.kinematics.given_ground import suggested
@@ -24,6 +24,7 @@ from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import runs
+from plantigrade.notes import Info
 
 MAX_NOISE = 2.0
 """Ratio of noise to the assumed noise above which knee moments are doubtful; 1 mm and 0.3° of noise
@@ -77,6 +78,7 @@ def estimate(
     reason = _refusal(found, *residual_wrench(human, motion, found, moments))
     if reason:
         return None, None, (PREFIX + reason,)
+    notes = _box_notes(found, motion.time, ground)
     band, noise_factor = knee_band(human, found), RUNNING_FREQUENCY_RATIO if found.flies else 1.0
     if found.noise > noise_factor * MAX_NOISE or band > noise_factor * MAX_KNEE_BAND:
         noisy = f"is {found.noise:.1f} times as noisy as assumed"
@@ -89,8 +91,8 @@ def estimate(
             f"the motion {reason}: do not trust the estimated knee moments, whose uncertainty is "
             f"±{band:.2f} N m/kg (90 %)."
         )
-        return found, moments, (note,)
-    return found, moments, ()
+        notes = (note, *notes)
+    return found, moments, notes
 
 
 def residual_wrench(
@@ -205,6 +207,25 @@ def _other_ground(
         return ""
     remedy = f"fit again with {seems}" if seems else "describe it with --ground"
     return f"the ground is not level: {how}. If it is a slope or stairs, {remedy}."
+
+
+def _box_notes(
+    found: GroundForces, time: Float[Array, " n_frames"], ground: Ground
+) -> tuple[str, ...]:
+    """Return a note on a box that level ground does not have, as long as feet stand on it."""
+    points = found.forces.point[..., 2]
+    with np.errstate(invalid="ignore"):
+        high = (found.forces.force[..., 2] > 0.0) & (points - ground.height > MAX_STEP)
+    seconds = float(high.any(axis=1).sum() * np.median(np.diff(time)))
+    if ground.slope or ground.steps or seconds < MIN_BOX_REST:
+        return ()
+    rise = 100 * (float(np.median(points[high])) - ground.height)
+    return (
+        Info(
+            f"the feet stand on a box {rise:.0f} cm high for {seconds:.1f} s, which viewer and "
+            f"simulation lack: fit again with --ground steps:{rise:.0f}."
+        ),
+    )
 
 
 def _step_between(soles: Float[Array, "n_frames 2"]) -> float:

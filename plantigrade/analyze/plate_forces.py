@@ -7,7 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.analyze.body_mass import MeasuredMass, weigh_gait, weigh_standing
+from plantigrade.analyze.body_mass import (
+    WEIGHINGS,
+    MeasuredMass,
+    weigh_gait,
+    weigh_jumps,
+    weigh_standing,
+)
 from plantigrade.analyze.feet import FootPath
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDE_NAMES
@@ -35,7 +41,7 @@ class PlateResults:
     n_events: int = 0  #: Number of events timed by plates
     forces: FootForces | None = None  #: Measured ground reactions by foot
     clock_offset: float | None = None  #: Delay of the plates, if it can be estimated [s]
-    weighed: MeasuredMass | None = None  #: Body mass in gait or quiet standing
+    weighed: MeasuredMass | None = None  #: Body mass in gait, quiet standing or jumps
 
 
 def evaluate_plates(
@@ -65,13 +71,17 @@ def evaluate_plates(
         notes.append(clock_note(offset))
     notes += forces.warnings
     events, n_events = _events_by_plates(events, time, feet, on_clock, forces, notes)
-    weighed = weigh_gait(time, forces, events, cut_cycles(events), lift) or weigh_standing(
-        time,
-        on_clock,
-        over_plates(on_clock, soles) | forces.valid,
-        body.com_vel,
-        lift,
-        _pelvis_height(human, qpos, soles),
+    weighed = (
+        weigh_gait(time, forces, events, cut_cycles(events), lift)
+        or weigh_standing(
+            time,
+            on_clock,
+            over_plates(on_clock, soles) | forces.valid,
+            body.com_vel,
+            lift,
+            _pelvis_height(human, qpos, soles),
+        )
+        or weigh_jumps(time, forces, lift)
     )
     return PlateResults(events, n_events, forces, offset, weighed)
 
@@ -143,15 +153,18 @@ def add_mass_note(
                 f"{weighed.mass:.1f} kg."
             )
     elif weighed is not None:
-        where = "quiet standing" if weighed.method == "standing" else "gait"
         notes.append(
             Info(
                 f"the file gives no body mass; the force plates measured {weighed.mass:.1f} kg "
-                f"over {weighed.seconds:.1f} s of {where}."
+                f"over {weighed.seconds:.1f} s of {WEIGHINGS[weighed.method]}."
             )
         )
     else:
-        why = ", and there is no quiet standing or gait on the force plates alone" if plates else ""
+        why = (
+            ", and there is no gait, quiet standing or jump on the force plates alone"
+            if plates
+            else ""
+        )
         _, spread = usual_mass(human.height, age)
         notes.append(
             f"the body mass is unknown{why}; {human.mass:.1f} ± {spread:.1f} kg (standard "

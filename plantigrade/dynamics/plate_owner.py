@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from plantigrade.constants import SIDES
+from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.dynamics.plate_loadings import PlateLoading
 from plantigrade.motion.filters import derivative, lowpass, runs
 from plantigrade.motion.ground_velocity import ground_velocity
@@ -17,6 +17,10 @@ MAX_CONTACT_SPEED = 0.35  # [m/s] maximum speed relative to the ground of a sole
 MIN_ALONE_TIME = 0.06  # [s] minimum time for which a foot loads the plate of the other one alone
 MAX_UNLOADED_REST = 0.10  # [s] maximum rest of a foot before and after its plate is loaded
 UNMEASURED_MARGIN = 0.05  # [s] possible load of an unmeasured foot before and after its rest
+MIN_CARRIED = 0.25
+"""Least vertical force that a motion requires for its person to be carried [body weights]. Chosen:
+the forces that measured flights require stay below .15."""
+MIN_CARRIED_TIME = 0.06  # [s] minimum duration of it
 
 
 def resting_points(time, points: list[np.ndarray], level: float) -> list[np.ndarray]:
@@ -150,3 +154,21 @@ def unmeasured_frames(time, touch: np.ndarray, measured: np.ndarray) -> np.ndarr
                 if time[b] - time[a] > MAX_UNLOADED_REST:
                     missing[a : b + 1, k] = True
     return missing & ~measured
+
+
+def carried_elsewhere(
+    time: np.ndarray, touch: np.ndarray, measured: np.ndarray, lift: np.ndarray | None
+) -> np.ndarray:
+    """Return frames in which a box carries a person whose feet are above the plates, (n_frames,).
+
+    The plates measure nothing, no foot is on their level, and yet the person does not fall.
+
+    Args:
+        touch: Frames in which each foot touches the ground, (n_frames, 2).
+        measured: Frames in which a plate measured a force on each foot, (n_frames, 2).
+        lift: Vertical acceleration of the centre of mass and gravity [m/s²].
+    """
+    if lift is None:
+        return np.zeros(len(time), dtype=bool)
+    above = ~touch.any(axis=1) & ~measured.any(axis=1)
+    return longer(time, above & (lift > MIN_CARRIED * GRAVITY), MIN_CARRIED_TIME)

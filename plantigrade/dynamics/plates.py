@@ -3,8 +3,8 @@ r"""Measured ground reactions on each foot at the frames of a motion.
 **Assignment.** A loading of a plate belongs to the foot with its sole at the centre of pressure,
 unless the plate specifies its side. One plate may carry one foot after the other. While both feet
 are on the same plate, or a foot is partly off its plate, the force on each foot is unknown:
-these frames are reported and excluded, as are frames in which a foot rests on the ground off the
-plates, and contacts with the centre of pressure outside the sole
+these frames are reported and excluded, as are frames in which a foot rests on the ground or on a
+box off the plates, and contacts with the centre of pressure outside the sole
 (:mod:`plantigrade.dynamics.plate_checks`).
 
 **Filter.** Every loading is filtered separately: the wrench about a fixed point, force :math:`F`
@@ -41,7 +41,13 @@ from plantigrade.dynamics.plate_loadings import (
     plate_level,
     seen_frames,
 )
-from plantigrade.dynamics.plate_owner import find_owner, longer, resting_points, unmeasured_frames
+from plantigrade.dynamics.plate_owner import (
+    carried_elsewhere,
+    find_owner,
+    longer,
+    resting_points,
+    unmeasured_frames,
+)
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models import Human
@@ -150,6 +156,7 @@ def assign_plates(
         exclude_light(frame_time, each, loadings, touch, lift, need, excluded)
     force, point, torque, measured = _sums(n, loadings, excluded)
     unmeasured = unmeasured_frames(frame_time, touch, measured)
+    unmeasured |= carried_elsewhere(frame_time, touch, measured, lift)[:, None]
     seen = seen_frames(plates, frame_time)
     valid_side = ~unmeasured & ~excluded & seen[:, None]
     _describe(notes, frame_time, loadings, seen)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from plantigrade.analyze.body_mass import MeasuredMass
+from plantigrade.analyze.body_mass import WEIGHINGS, MeasuredMass
 from plantigrade.analyze.trial import analyse
 from plantigrade.errors import FitError, PlantigradeError
 from plantigrade.io import read
@@ -141,16 +141,15 @@ def _weighed(
         )
         weighed = analyse(fit, cutoff=settings.cutoff or "usual").weighed
         found += [] if weighed is None else [weighed]
-    standing = [each for each in found if each.method == "standing"]
-    found = standing or found  # quiet standing is the most accurate
     if not found:
         return shared
+    best = min((each.method for each in found), key=list(WEIGHINGS).index)
+    found = [each for each in found if each.method == best]
     seconds = sum(each.seconds for each in found)
     mass = sum(each.mass * each.seconds for each in found) / seconds
-    where = "quiet standing" if standing else "gait"
     note = Info(
         f"the files give no body mass; the force plates measured {mass:.1f} kg over "
-        f"{seconds:.1f} s of {where} in {len(found)} trials of this subject."
+        f"{seconds:.1f} s of {WEIGHINGS[best]} in {len(found)} trials of this subject."
     )
     body = replace(shared.body, human=shared.body.human.with_mass(mass))
     subject = replace(shared.subject, mass=mass)

@@ -194,7 +194,7 @@ GROUNDS: dict[str, tuple[Callable[[float, int], Ground], str, float, float, str]
     "ramp": (_ramp, "degrees", -30, 30, "DEG"),
     "sphere": (_sphere, "m", 0.3, 100, "R"),
     "dome": (_dome, "cm", 0.1, 5, "CM"),
-    "steps": (_steps, "cm", -30, 30, "CM"),
+    "steps": (_steps, "cm", -80, 80, "CM"),
     "bumps": (_bumps, "cm", 0.1, 20, "CM"),
     "tiles": (_tiles, "cm", 0.1, 20, "CM"),
     "stones": (_stones, "", 0, 0, ""),

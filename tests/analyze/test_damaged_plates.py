@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from plantigrade.analyze import Trial, analyse
+from plantigrade.analyze.body_mass import weigh_jumps
+from plantigrade.dynamics.plates import FootForces
 from plantigrade.kinematics.result import Fit
 from plantigrade.motion import ForcePlate
 from plantigrade.motion.events import detect_gait_events
@@ -130,11 +132,34 @@ def test_half_a_foot_on_a_plate_is_seen_by_its_load(walk):
 @pytest.mark.slow
 def test_body_mass_is_weighed_where_the_person_is_carried(data):
     folder = data / "opensim" / "opencap_subject4"
-    jump = analyse(fitted(folder / "DJ1.trc"))  # a landing from a box
-    assert jump.weighed is None and any("mass is unknown" in note for note in jump.notes)
+    jump = analyse(fitted(folder / "DJ1.trc"))  # a landing from a box, and a jump
+    assert jump.weighed is not None and jump.weighed.method == "jumps"
+    assert jump.weighed.mass == pytest.approx(60.0, rel=0.04)
+    # No plate measures the box, on which the person stands for a second.
+    assert jump.forces is not None and jump.ground is not None
+    stands = jump.motion.time - jump.motion.time[0] < 0.7
+    assert not jump.forces.valid_side[stands].any()
+    lift = jump.ground.forces.force[stands, :, 2].sum(axis=1) / jump.fit.human.mass / 9.81
+    assert lift.mean() == pytest.approx(0.95, abs=0.05)  # it begins to bend
+    assert any("on a box 30 cm high" in note and "steps:30" in note for note in jump.notes)
     still = analyse(fitted(folder / "static1.trc"))
     assert still.weighed is not None and still.weighed.method == "standing"
     assert still.fit.human.mass == pytest.approx(60.0, rel=0.01)
+
+
+def test_a_jump_weighs_the_person_from_one_flight_to_the_next():
+    time = np.arange(0.0, 1.5, 0.01)
+    on = (time > 0.4) & (time < 1.0)
+    lift = np.where(on, 9.81 + 8.0 * np.sin(7.0 * time), 0.0)
+    push = np.zeros((len(time), 2, 3))
+    push[:, :, 2] = 31.0 * lift[:, None]
+    known = np.ones((len(time), 2), dtype=bool)
+    forces = FootForces(push, push, push, known, known.all(axis=1))
+    weighed = weigh_jumps(time, forces, lift)
+    assert weighed is not None and weighed.mass == pytest.approx(62.0)
+    assert weighed.seconds == pytest.approx(0.6, abs=0.02)
+    later = slice(50, None)  # it lands unseen
+    assert weigh_jumps(time[later], forces.frames(later), lift[later]) is None
 
 
 @pytest.mark.slow

@@ -251,6 +251,23 @@ def test_no_plates_means_unknown_where_a_foot_stands_and_known_in_flight():
     assert not f.valid[np.abs(jump) > 0.53].any()
 
 
+def test_a_person_who_hovers_above_the_plates_stands_on_a_box():
+    t = np.arange(0.0, 2.0, 1 / RATE)
+    fall = np.clip((t - 1.0) / 0.25, 0.0, 1.0)  # off a box of 30 cm
+    height = 0.3 * (1.0 - fall**2)
+    soles = {
+        side: np.stack([0 * t, np.full_like(t, y), height], axis=1)[:, None] + SOLE
+        for side, y in (("r", -0.1), ("l", 0.1))
+    }
+    plates = tuple(reaction(PLATE_TIME[:2000], 1.25, 2.0, (0.1, y, 0.0)) for y in (-0.1, 0.1))
+    lift = np.where((t > 1.0) & (t < 1.25), 0.0, 9.81)
+    f = assign_plates(plates, t, soles, lift=lift)
+    assert not f.valid_side[t < 1.0].any() and f.valid_side[(t > 1.01) & (t < 1.2)].all()
+    assert f.beside_plates[0] == f.beside_plates[1] == pytest.approx(0.5, abs=0.02)
+    # Without knowing what the motion requires, feet above the plates are in the air.
+    assert assign_plates(plates, t, soles).valid_side[t < 0.9].all()
+
+
 def test_frames_beyond_the_plates_are_not_valid():
     t, soles = walk()
     plate = reaction(PLATE_TIME[:2000], *stance("r", 1))
