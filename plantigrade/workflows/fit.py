@@ -33,7 +33,7 @@ from plantigrade.kinematics.scaled_body import Shared
 from plantigrade.kinematics.sides import mirror_axis, swap_sides
 from plantigrade.models.markers import read_marker_set
 from plantigrade.models.person import Person
-from plantigrade.motion import Recording
+from plantigrade.motion import ForcePlate, Recording
 from plantigrade.motion.recording import Subject
 from plantigrade.notes import Info
 from plantigrade.options import as_path
@@ -70,23 +70,8 @@ def load(path: str | Path, settings: RecordingSettings) -> Recording:
             if getattr(settings, name):
                 raise FitError(f"{name} has no effect on {path.name}, which holds no markers")
     found = find_companions(recording, read) if settings.companions else Companions()
-    static = read(settings.static) if settings.static else found.static
-    if static is not None and static.markers is None:
-        raise FitError(f"{settings.static} holds no markers, so it is not a standing trial")
-    plates, source = recording.plates or found.forces, found.forces_source
-    if settings.forces:
-        plates, source = read(settings.forces).plates, settings.forces
-        if not plates:
-            raise FitError(f"{settings.forces} holds no ground reactions")
-    if settings.without_plates and not plates:
-        raise FitError(f"without_plates has no effect on {path.name}, which has none")
-    notes = []
-    if static is not None and settings.static is None:
-        said = f"{static.source.name}, found beside it, is its standing trial"
-        if getattr(settings, "model", None) is not None:
-            said += ", which is not used: a model of your own is scaled already"
-            static = None
-        notes.append(Info(f"{said}."))
+    static, notes = _standing_trial(settings, found)
+    plates, source = _ground_reactions(recording, settings, found)
     if source is not None and settings.forces is None:
         notes.append(Info(f"{source.name}, found beside it, holds its ground reactions."))
     named = (static.source if static else None, source, skeleton, settings.marker_set)
@@ -104,6 +89,40 @@ def load(path: str | Path, settings: RecordingSettings) -> Recording:
         recording = mirror_axis(recording)
         notes.append(Info("the leftward axis of markers and ground reactions was reversed."))
     return replace(recording, warnings=(*recording.warnings, *notes))
+
+
+def _standing_trial(
+    settings: RecordingSettings, found: Companions
+) -> tuple[Recording | None, list[str]]:
+    """Return the standing trial that was named, or else found, and what to say of a found one."""
+    if settings.static:
+        static = read(settings.static)
+        if static.markers is None:
+            raise FitError(f"{settings.static} holds no markers, so it is not a standing trial")
+        return static, []
+    if found.static is None:
+        return None, []
+    said = f"{found.static.source.name}, found beside it, is its standing trial"
+    if getattr(settings, "model", None) is None:
+        return found.static, [Info(f"{said}.")]
+    return None, [Info(f"{said}, which is not used: a model of your own is scaled already.")]
+
+
+def _ground_reactions(
+    recording: Recording, settings: RecordingSettings, found: Companions
+) -> tuple[tuple[ForcePlate, ...], Path | None]:
+    """Return the plates of the file that was named, of the recording or of a found file.
+
+    The path is that of the other file, if there is one.
+    """
+    plates, source = recording.plates or found.forces, found.forces_source
+    if settings.forces:
+        plates, source = read(settings.forces).plates, settings.forces
+        if not plates:
+            raise FitError(f"{settings.forces} holds no ground reactions")
+    if settings.without_plates and not plates:
+        raise FitError(f"without_plates has no effect on {recording.source.name}, which has none")
+    return plates, source
 
 
 def fit_recording(
