@@ -2,7 +2,7 @@
 
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Annotated, Literal
@@ -74,35 +74,12 @@ class Command(PrintOptions, Bounded):
             RunExists: If a file that would be written exists and is not to be replaced.
             FileError: If the source cannot be read, or the target's format cannot hold it.
         """
-        from plantigrade.exchange import export
-        from plantigrade.io import convert
-        from plantigrade.learn.onnx_policy import convert_policy, is_onnx
-
-        self._refuse_absent(is_onnx)
-        self._refuse(self.target)
-        if self.target.exists() and any(map(self.target.samefile, self.inputs)):
-            # A format keeps less than what was read: the recording itself would be lost.
-            raise RunExists(f"{self.target} is the input file; choose another output file")
-        recordings = [source for source in self.inputs if not source.is_dir()]
-        if recordings and len(self.inputs) > 1:
-            problem = "is one of several files, and not a run folder"
-            raise FileError(recordings[0], problem, remedy="convert recordings one by one")
+        self._refuse_faulty()
         folder = self.target.parent
-        if not folder.is_dir():
-            raise FileError(self.target, f"there is no folder {folder}", remedy="create it first")
-        plain = ("paths", "overwrite", "json", "quiet")
-        given = {field.name: getattr(self, field.name) for field in fields(self)}
-        options = {k: v for k, v in given.items() if k not in plain and v not in (None, False)}
         try:
             # Inside the target's folder: renaming works inside one file system only.
             with tempfile.TemporaryDirectory(prefix=".plantigrade-", dir=folder) as part:
-                written = Path(part) / self.target.name
-                if is_onnx(self.target):
-                    notes = convert_policy(self.paths[0], written, **options)
-                elif recordings:
-                    notes = convert(recordings[0], written, **options)
-                else:
-                    notes = export(self.inputs, written, **options)
+                notes = self._write(Path(part) / self.target.name)
                 paths = sorted(Path(part).iterdir())  # the target and, maybe, its force plates
                 self._move(paths, Path(part))
         except FileError as error:
@@ -126,13 +103,42 @@ class Command(PrintOptions, Bounded):
             },
         )
 
-    def _refuse_absent(self, is_onnx: Callable[[Path], bool]) -> None:
+    def _refuse_faulty(self) -> None:
+        """Refuse inputs and a target that do not go together, before anything is read."""
+        from plantigrade.learn.onnx_policy import is_onnx
+
         if len(self.paths) < 2:
             raise ParameterError("name a file or a run, and then the file to write")
         for source in self.inputs:
             if not source.exists() and not (str(source) == LEARNED and is_onnx(self.target)):
                 problem = "there is no such file or run folder"
                 raise FileError(source, problem, remedy="check the name and the folder")
+        self._refuse(self.target)
+        if self.target.exists() and any(map(self.target.samefile, self.inputs)):
+            # A format keeps less than what was read: the recording itself would be lost.
+            raise RunExists(f"{self.target} is the input file; choose another output file")
+        recordings = self._recordings
+        if recordings and len(self.inputs) > 1:
+            problem = "is one of several files, and not a run folder"
+            raise FileError(recordings[0], problem, remedy="convert recordings one by one")
+        folder = self.target.parent
+        if not folder.is_dir():
+            raise FileError(self.target, f"there is no folder {folder}", remedy="create it first")
+
+    def _write(self, path: Path) -> Sequence[str]:
+        """Write the target to a path, and return what was left out and assumed."""
+        from plantigrade.exchange import export
+        from plantigrade.io import convert
+        from plantigrade.learn.onnx_policy import convert_policy, is_onnx
+
+        plain = ("paths", "overwrite", "json", "quiet")
+        given = {field.name: getattr(self, field.name) for field in fields(self)}
+        options = {k: v for k, v in given.items() if k not in plain and v not in (None, False)}
+        if is_onnx(path):
+            return convert_policy(self.paths[0], path, **options)
+        if self._recordings:
+            return convert(self._recordings[0], path, **options)
+        return export(self.inputs, path, **options)
 
     def _move(self, paths: list[Path], part: Path) -> None:
         """Move what was written to its place; ``part`` takes a zarr that is replaced."""
@@ -150,6 +156,11 @@ class Command(PrintOptions, Bounded):
     def inputs(self) -> tuple[Path, ...]:
         """What is read."""
         return self.paths[:-1]
+
+    @property
+    def _recordings(self) -> list[Path]:
+        """The inputs that are files."""
+        return [source for source in self.inputs if not source.is_dir()]
 
     @property
     def target(self) -> Path:
