@@ -78,7 +78,7 @@ def estimate(
     reason = _refusal(found, *residual_wrench(human, motion, found, moments))
     if reason:
         return None, None, (PREFIX + reason,)
-    notes = _box_notes(found, motion.time, ground)
+    notes = _box_notes(human, found, motion.time, ground)
     band, noise_factor = knee_band(human, found), RUNNING_FREQUENCY_RATIO if found.flies else 1.0
     if found.noise > noise_factor * MAX_NOISE or band > noise_factor * MAX_KNEE_BAND:
         noisy = f"is {found.noise:.1f} times as noisy as assumed"
@@ -210,12 +210,16 @@ def _other_ground(
 
 
 def _box_notes(
-    found: GroundForces, time: Float[Array, " n_frames"], ground: Ground
+    human: Human, found: GroundForces, time: Float[Array, " n_frames"], ground: Ground
 ) -> tuple[str, ...]:
-    """Return a note on a box that level ground does not have, as long as feet stand on it."""
-    points = found.forces.point[..., 2]
+    """Return a note on a box that level ground does not have, if feet stand on it for a while.
+
+    Standing feet carry most of the person: those of a person who sits may rest on a rung.
+    """
+    points, load = found.forces.point[..., 2], found.forces.force[..., 2]
+    stands = load.sum(axis=1) > 0.5 * human.mass * human.gravity
     with np.errstate(invalid="ignore"):
-        high = (found.forces.force[..., 2] > 0.0) & (points - ground.height > MAX_STEP)
+        high = (load > 0.0) & (points - ground.height > MAX_STEP) & stands[:, None]
     seconds = float(high.any(axis=1).sum() * np.median(np.diff(time)))
     if ground.slope or ground.steps or seconds < MIN_BOX_REST:
         return ()

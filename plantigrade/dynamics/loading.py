@@ -1,10 +1,10 @@
 r"""Intervals in which feet and a seat carry load, detected from the motion.
 
-**Feet.** In gait a foot is loaded from heel strike to toe-off. Without gait events the height of
-its sole decides: a foot is in the air while its lowest point is :data:`MIN_AIR_HEIGHT` above its
-support level, if it reaches :data:`MIN_FLIGHT_HEIGHT` in that flight; the timing error of landings
-and take-offs of a jump is about 10 ms. The support level is the ground or a box: a raised level on
-which a foot rests while the other foot is off the ground.
+**Feet.** In gait a foot is loaded from heel strike to toe-off, except where it is lifted in
+between. Without gait events the height of its sole decides: a foot is in the air while its lowest
+point is :data:`MIN_AIR_HEIGHT` above its support level, if it reaches :data:`MIN_FLIGHT_HEIGHT` in
+that flight; the timing error of landings and take-offs of a jump is about 10 ms. The support level
+is the ground or a box: a raised level on which a foot rests while the other foot is off the ground.
 
 **Seat.** A person sits while the thighs are about level, the pelvis is at rest, and the feet alone
 cannot supply the required wrench, because its zero-moment point is outside their base of support.
@@ -12,7 +12,7 @@ The seat carries load while the ischia are less than :data:`SEAT_COMPRESSION`, t
 cushion and buttocks, above their height at rest.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -119,11 +119,12 @@ def find_loading(human: Human, motion: Motion, ground: Ground = LEVEL_GROUND) ->
         )
         return Loading((*steps, *seat), supports, True)
     loaded, levels = on_the_ground(time, soles)
-    found = [step for step in walking_intervals(motion) if step.rolls]
+    steps, found = [step for step in walking_intervals(motion) if step.rolls], []
     for k, side in enumerate(SIDES):
-        if not any(step.side == side for step in found):
-            low = soles.position[:, soles.of(side), 2].min(axis=1)
-            found += _intervals(time, loaded[:, k], low - levels[:, k], side, "sole")
+        low = soles.position[:, soles.of(side), 2].min(axis=1)
+        flat = [*_intervals(time, loaded[:, k], low - levels[:, k], side, "sole")]
+        own = [step for step in steps if step.side == side]
+        found += [part for step in own for part in _set_down_again(step, flat)] if own else flat
     flies = not motion.events and leaves_the_ground(time, soles)
     return Loading((*found, *seat), supports, flies)
 
@@ -244,6 +245,24 @@ def _heading(soles: SolePaths, side: str) -> Float[Array, "n_frames 2"]:
         soles.position[:, soles.of(side, region), :2].mean(axis=1) for region in ("toes", "heel")
     )
     return toes - heel
+
+
+def _set_down_again(
+    step: ContactInterval, flat: Sequence[ContactInterval]
+) -> Iterator[ContactInterval]:
+    """Yield the parts of a step whose foot is lifted in it, as onto a rung; else the step itself.
+
+    Args:
+        flat: Intervals in which the sole is down.
+    """
+    inside = [each for each in flat if each.stop > step.start and each.start < step.stop]
+    if len(inside) < 2:
+        yield step
+        return
+    first, *others, last = inside
+    yield replace(step, stop=first.stop, ends=True)
+    yield from others
+    yield replace(last, stop=step.stop, ends=step.ends)
 
 
 def _joined(intervals: list[ContactInterval]) -> Iterator[ContactInterval]:

@@ -1,5 +1,7 @@
 """When feet and seat carry, from the motion alone: postures and flights whose answer is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from plantigrade.contact.limb_sites import seat_sites
 from plantigrade.dynamics.loading import SEAT, find_loading, leaves_the_ground
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
 from plantigrade.models import Human
-from plantigrade.motion import Motion
+from plantigrade.motion import GaitEvent, Motion
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
     pelvis_angles_to_quaternion,
@@ -63,6 +65,19 @@ def test_a_foot_held_up_beside_a_standing_one_carries_nothing(human):
     assert before.stop == pytest.approx(0.39, abs=0.02)
     assert after.start == pytest.approx(0.79, abs=0.02)
     assert len(of(found, "l")) == 1
+
+
+def test_a_foot_lifted_between_its_events_carries_nothing_there(human):
+    """A kick, or a foot that is put on a rung: gait events know it as one stance."""
+    motion = at_rest(human, kneeling_up(human, standing(human), 1.0))
+    events = (GaitEvent(0.1, "r", "heel_strike"), GaitEvent(1.1, "r", "toe_off"))
+    before, after = of(find_loading(human, replace(motion, events=events)), "r")
+    assert before.rolls and before.begins and before.ends and after.ends
+    assert before.stop == pytest.approx(0.39, abs=0.02)
+    assert after.start == pytest.approx(0.79, abs=0.02)
+    flat = replace(at_rest(human, standing(human)), events=events)
+    (whole,) = of(find_loading(human, flat), "r")
+    assert (whole.start, whole.stop) == (before.start, after.stop)
 
 
 def test_a_jump_is_timed_by_its_soles(human):
