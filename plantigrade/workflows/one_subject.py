@@ -14,7 +14,7 @@ from plantigrade.io.subjects import MAX_DIFFERENCE, difference, same_size, subje
 from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.prepare import Prepared, prepare
 from plantigrade.kinematics.result import filled
-from plantigrade.kinematics.scaled_body import Shared, scale
+from plantigrade.kinematics.scaled_body import ScaledBody, Shared, scale
 from plantigrade.models.markers import read_marker_set
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording, Subject
@@ -88,6 +88,15 @@ def share(paths: Sequence[Path], settings: FitSettings) -> Shared | None:
         one = replace(recording, subject=replace(subject, date=recording.subject.date))
         trials.append(prepare(one, person, static=one.static, marker_set=chosen, ground=ground))
     body = scale(trials, marker_set=chosen)
+    files = tuple(recording.source for recording in recordings)
+    shared = Shared(body, subject, files, _notes(body, recordings))
+    if settings.mass is None and subject.mass is None and not settings.without_plates:
+        shared = _weighed(shared, recordings, person, settings)
+    return shared
+
+
+def _notes(body: ScaledBody, recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """Return what trials share, and what speaks against one person with the same markers."""
     names = [recording.source.name for recording in recordings]
     notes: list[str] = [
         Info(
@@ -108,10 +117,7 @@ def share(paths: Sequence[Path], settings: FitSettings) -> Shared | None:
                 f"of {names[0]}: another person, or markers put on anew. Fit them with --subject "
                 "each if their marker errors are larger that way."
             )
-    shared = Shared(body, subject, tuple(r.source for r in recordings), tuple(notes))
-    if settings.mass is None and subject.mass is None and not settings.without_plates:
-        shared = _weighed(shared, recordings, person, settings)
-    return shared
+    return tuple(notes)
 
 
 def _subject(recordings: Sequence[Recording], settings: FitSettings) -> Subject:
