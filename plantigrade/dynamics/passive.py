@@ -13,9 +13,9 @@ flexion :math:`\varphi_H` in degrees, moments positive in these directions):
     M_H &= e^{1.4655 - 0.0034\varphi_K - 0.0750\varphi_H}
         - e^{1.3403 - 0.0226\varphi_K + 0.0305\varphi_H} + 8.072
 
-Other joints have a linear stiffness about their zero and all joints a linear damping, in
-:data:`STIFFNESS` and :data:`DAMPING`; numbers without a cited measurement are estimates. Moments
-scale with mass times height, like strengths.
+Other joints have a linear stiffness about their zero (:func:`linear_stiffness`) and all joints a
+linear damping (:data:`DAMPING`); numbers without a cited measurement are estimates. Moments scale
+with mass times height, like strengths.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,8 +29,18 @@ from plantigrade.models.coordinates import REFERENCE_HEIGHT, REFERENCE_MASS
 from plantigrade.side_names import split_side
 
 STIFFNESS = named_numbers("plantigrade.dynamics", "stiffness.csv")
-"""Stiffness about zero [N m/rad] for the reference mass and height."""
-DAMPING: Mapping[str, float] = {"lumbar": 2.0, "thorax": 2.0, "": 0.5}
+"""Stiffness about zero [N m/rad] for the reference mass and height, of trunk and neck as a whole.
+
+Near upright, the lumbar spine resists bending sideways by 14 N m/rad (first quarter of its range in
+living people [Watt2022]_) and the thoracic spine with its ribs by 94 (cadavers, neutral zones of
+three parts in series [Mannen2018]_): 12 in series. Both resist flexion less; turning is an
+estimate, the thoracic spine alone resists it by 23."""
+IN_SERIES = {
+    "trunk": ("lumbar", "lower_thorax", "thorax"),
+    "neck": ("lower_neck", "upper_neck", "neck"),
+}
+"""Part of the spine → the joints into which joint sets divide it."""
+DAMPING: Mapping[str, float] = {"lumbar": 2.0, "lower_thorax": 2.0, "thorax": 2.0, "": 0.5}
 """Damping [N m s/rad] by prefix of the name."""
 SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
 """Leg joints with coupled passive moments."""
@@ -40,6 +50,29 @@ _DEG = 180.0 / np.pi
 def scale(mass: float, height: float) -> float:
     """Return the ratio of a person's passive moments to the reference's."""
     return mass * height / (REFERENCE_MASS * REFERENCE_HEIGHT)
+
+
+def linear_stiffness(names: Sequence[str]) -> list[float]:
+    """Return the stiffness of each hinge about zero [N m/rad], of the reference mass and height.
+
+    Joints of the trunk or the neck are in series: each of two is twice as stiff as the whole.
+
+    Example:
+        >>> linear_stiffness(["lumbar_bending"])
+        [12.0]
+        >>> linear_stiffness(["lumbar_bending", "thorax_bending", "arm_add_r"])
+        [24.0, 24.0, 4.0]
+    """
+    found = []
+    for name in names:
+        stem, _ = split_side(name)
+        joint, _, way = stem.rpartition("_")
+        whole, joints = next(
+            ((w, j) for w, j in IN_SERIES.items() if joint in j), (joint, (joint,))
+        )
+        series = sum(f"{each}_{way}" in names for each in joints) or 1
+        found.append(series * STIFFNESS.get(f"{whole}_{way}", 0.0))
+    return found
 
 
 def passive_moments(names: Sequence[str], q: Any, qd: Any, factor: float = 1.0) -> list[Any]:
@@ -56,7 +89,7 @@ def passive_moments(names: Sequence[str], q: Any, qd: Any, factor: float = 1.0) 
     at = {n: i for i, n in enumerate(names)}
     exp = _exponential(q)
     moments: list[Any] = []
-    for i, name in enumerate(names):
+    for i, (name, stiffness) in enumerate(zip(names, linear_stiffness(names), strict=True)):
         stem, side = split_side(name)
         sagittal = [f"{s}_{side}" for s in SAGITTAL]
         if stem in SAGITTAL and all(s in at for s in sagittal):
@@ -64,7 +97,7 @@ def passive_moments(names: Sequence[str], q: Any, qd: Any, factor: float = 1.0) 
             terms, offset = _terms(H, K, A)[SAGITTAL.index(stem)]
             m = sum(sign * exp(power) for sign, _, power in terms) + offset
         else:
-            m = -STIFFNESS.get(stem, 0.0) * q[i]
+            m = -stiffness * q[i]
         damping = next(d for start, d in DAMPING.items() if stem.startswith(start))
         moments.append(factor * (m - damping * qd[i]))
     return moments

@@ -11,14 +11,13 @@ from plantigrade.dynamics.muscle_speed import OMEGA_0, velocity_factor
 from plantigrade.dynamics.passive import (
     DAMPING,
     SAGITTAL,
-    STIFFNESS,
+    linear_stiffness,
     passive_moments,
     sagittal_springs,
     scale,
 )
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.side_names import split_side
 from plantigrade.world.command import (
     PD,
     Acceleration,
@@ -104,12 +103,13 @@ class Actuators:
     def _set_passive(self, human: Human) -> None:
         """Set the damping of the joints, and springs where the passive moment is linear."""
         factor = self._passive_scale
+        self.model.jnt_stiffness[1 : 1 + self.n] = factor * np.array(
+            linear_stiffness(human.coordinates)
+        )
+        self.model.qpos_spring[7 : 7 + self.n] = 0.0
         for i, name in enumerate(human.coordinates):
-            stem, _ = split_side(name)
-            rate = next(d for start, d in DAMPING.items() if stem.startswith(start))
+            rate = next(d for start, d in DAMPING.items() if name.startswith(start))
             self.model.dof_damping[6 + i] = factor * rate
-            self.model.jnt_stiffness[1 + i] = factor * STIFFNESS.get(stem, 0.0)
-            self.model.qpos_spring[7 + i] = 0.0
         names = [f"{stem}_{side}" for side in SIDES for stem in SAGITTAL]
         if set(names) <= set(human.coordinates):
             self._sagittal = np.array([human.hinge(name) for name in names])

@@ -5,7 +5,9 @@ import pytest
 
 from plantigrade.dynamics.passive import (
     DAMPING,
+    IN_SERIES,
     STIFFNESS,
+    linear_stiffness,
     passive_moments,
     sagittal_springs,
     scale,
@@ -75,14 +77,28 @@ def test_every_joint_is_pulled_back_and_slowed(preset):
         near[i], far[i] = middle[i] - 0.2 * (high - low)[i], middle[i] + 0.2 * (high - low)[i]
         one, other = (passive_moments(names, q, still)[i] for q in (near, far))
         assert other <= one + 1e-9, name
-        stem = name.removesuffix("_r").removesuffix("_l")
-        if stem in STIFFNESS:
+        if linear_stiffness(names)[i]:
             assert other < one
     q, v = rng.uniform(low, high), rng.normal(size=len(names))
     moving, resting = (np.array(passive_moments(names, q, x)) for x in (v, still))
     np.testing.assert_array_less((moving - resting) * v, 0.0)
     slowed = -(moving - resting) / v
     assert set(np.round(slowed, 9)) <= set(DAMPING.values())
+
+
+@pytest.mark.parametrize("preset", PRESETS, ids="-".join)
+def test_a_spine_in_more_parts_is_not_softer(preset):
+    """The middle part of a trunk in three had no stiffness; one in two had that of one, halved."""
+    names = person(*preset).coordinates
+    stiffness = dict(zip(names, linear_stiffness(names), strict=True))
+    for whole, joints in IN_SERIES.items():
+        for way in ("extension", "bending", "rotation"):
+            parts = [k for name, k in stiffness.items() if name in {f"{j}_{way}" for j in joints}]
+            assert 1 / sum(1 / k for k in parts) == pytest.approx(STIFFNESS[f"{whole}_{way}"])
+    slowed = -np.array(passive_moments(names, np.zeros(len(names)), np.ones(len(names))))
+    slowed += np.array(passive_moments(names, np.zeros(len(names)), np.zeros(len(names))))
+    trunk = [i for i, n in enumerate(names) if n.rpartition("_")[0] in IN_SERIES["trunk"]]
+    assert set(np.round(slowed[trunk], 9)) == {DAMPING["lumbar"]}
 
 
 def test_sides_are_alike():

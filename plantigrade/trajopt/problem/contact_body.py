@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 TORQUE_SCALE = 100.0
 """Torque and work rate of one unit in rows, for the reference mass and height [N m, W]; others
 scale with mass times height, like strengths."""
-PASSIVE_JOINTS = ("hip", "knee", "ankle", "subtalar", "mtp", "lumbar", "thorax")
+PASSIVE_JOINTS = ("hip", "knee", "ankle", "subtalar", "mtp", "lumbar", "lower_thorax", "thorax")
 """Prefixes of joints whose passive tissue carries a part of the limited torque."""
 Made = TypeVar("Made")
 

@@ -235,7 +235,8 @@ def obstacle(plan: ContactPlan, height: float) -> Obstacle:
 def periodic_walk(human: Human, parameters: GaitParameters, *, slope: float = 0.0) -> MotionTask:
     """Return the task of a periodic walk up a slope [rad], of which half a stride is solved."""
     plan = replace(periodic_walk_plan(human, parameters), slope=slope)
-    rate = NODES_PER_SECOND[True] * max(1.0, parameters.speed / USUAL_SPEED)
+    usual = NODES_PER_SECOND[True] * max(1.0, parameters.speed / USUAL_SPEED)
+    rate = max(usual, NODES_PER_SECOND[False] * finer_for_loads(human))
     terms = walking_terms(parameters.step_time, slope)
     return MotionTask("walk", plan, terms, _guess(parameters), rate, tolerance=TOLERANCE)
 

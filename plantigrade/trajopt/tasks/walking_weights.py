@@ -13,7 +13,7 @@ class WalkingWeights:
     difference from these people, in goals, changes where the weight grows by a factor of e.
     """
 
-    knee_torque: float = 1.47
+    knee_torque: float = 1.75
     """Squared knee torque [1]: moment arms are about 4 cm at the knee and 6 cm at the hip
     [Rajagopal2016]_, which would be 2.25; the same torque takes 1.2 times the force."""
     trunk_torque: float = 4.0
@@ -38,9 +38,10 @@ class WalkingWeights:
     its speed would leave nothing of the ±4° that people have at 0.7 m/s. Below a trunk whose joints
     bend freely it rocks against its course in people, below one that goes along with it as theirs.
     """
-    trunk_lean: float = 5.0
+    trunk_lean: float = 1.0
     """Sideways lean of the trunk [1/s]; the norms do not tell. People lean by ±1.6° ± 0.7°
-    [Chung2010]_, this trunk by ±1.2° to ±1.9°, and by less than 3° on joint sets of one joint."""
+    [Chung2010]_, this trunk by ±1.2° to ±2.1°, and by less than 3° on joint sets of one joint.
+    Chosen: with 5, a person with 20 kg in one hand leans away from it by 2° in place of 4°."""
     trunk_pitch: float = 1.0
     """Lean of the trunk forward or back [1/s]; unloaded walks lean by 1° and do not tell. Chosen:
     with 5, a person with a rucksack of 20 kg leans forward by 2° in place of 11°."""
@@ -49,7 +50,7 @@ class WalkingWeights:
     standing people extend it by 8.7° ± 3.7° and flex it by 11.5° ± 3.7° [Edmondston2011]_. Chosen:
     unloaded walks stay within 1°; with 0.5, a person with 20 kg in one hand bends back by 22° there
     and hangs a part of the load on the tissue of the spine."""
-    frontal_momentum: float = 0.1
+    frontal_momentum: float = 0.3
     """Angular momentum about the way [1/s]."""
     vertical_momentum: float = 0.2
     """Angular momentum about the vertical [1/s]."""

@@ -243,6 +243,7 @@ class _Placed:
         self.ca, self.human = ca, body.human
         self._position, self._rotation = body.symbolic.frames()(ca.vertcat(ca.SX(6, 1), q[6:]))
         self._made: dict[Any, Any] = {}
+        self._q, self._body = q, body
 
     def apart(self, x: Rod, rod: Rod) -> Any:
         """Return how far a sphere is from a capsule [m]."""
@@ -257,10 +258,15 @@ class _Placed:
         return ca.sqrt(ca.dot(off, off) + ROUNDING_LENGTH**2) - (x.radius + rod.radius)
 
     def beside(self, x: Rod, thigh: Rod, side: str) -> Any:
-        """Return how far a sphere is to the side of a thigh that hangs straight down [m]."""
+        """Return how far a sphere is to the side of a thigh that hangs plumb from its hip [m].
+
+        The side is along the level: along a pelvis that drops, the load would come in below it.
+        """
         outward = -1.0 if side == "r" else 1.0
         off = self._at(x.body, x.a) - self._at(thigh.body, thigh.a)
-        return outward * off[1] - (x.radius + thigh.radius)
+        return outward * self.ca.dot(off, self._kept("level", self._level)) - (
+            x.radius + thigh.radius
+        )
 
     def distance(self, x: Rod, body: str, solid: Solid) -> Any:
         """Return about how far a sphere is from an ellipsoid [m]."""
@@ -270,6 +276,14 @@ class _Placed:
         two = one / solid.b
         k0, k1 = (ca.sqrt(ca.dot(k, k) + 1e-6) for k in (one, two))
         return k0 * (k0 - 1) / k1 - x.radius
+
+    def _level(self) -> Any:
+        """Return the way to the left along the level, in the axes of the pelvis."""
+        ca, sym = self.ca, self._body.symbolic
+        pelvis = sym.frames()(self._q)[1][:, :3]
+        up = ca.mtimes(pelvis.T, -sym.gravity / np.linalg.norm(sym.gravity))
+        left = ca.SX([0.0, 1.0, 0.0]) - up[1] * up
+        return left / ca.norm_2(left)
 
     def _seen(self, x: Rod, body: str) -> Any:
         """Return a point in the frame of another body."""
