@@ -64,6 +64,17 @@ def test_a_controller_of_ones_own(folder):
         assert lean == pytest.approx(pending, abs=1.0)
 
 
+@pytest.mark.parametrize(("degrees", "warns"), [(5.0, False), (15.0, True)])
+def test_a_person_who_moves_otherwise_than_the_motion_is_reported(degrees, warns):
+    def still(state):
+        off = {"tracking_error": np.deg2rad(degrees)}
+        return pg.world.StablePD(state.angles, signals=off)
+
+    run = pg.simulate(controller=still, duration=0.1, rate=300.0, joints="42", feet="rigid")
+    assert run.ok
+    assert warns == any("joints are 15° off the motion" in note for note in run.record.notes)
+
+
 def test_what_a_controller_says_of_itself_ends_with_a_fall():
     class Counts(Controller):
         ticks = 0
