@@ -35,7 +35,6 @@ from plantigrade.trajopt.tasks.sitting_on_floor import from_sitting
 from plantigrade.trajopt.tasks.standing import at_rest, basics
 from plantigrade.trajopt.tasks.supported import with_supports
 from plantigrade.trajopt.tasks.task import MotionTask
-from plantigrade.trajopt.tasks.walking_weights import WalkingWeights
 from plantigrade.trajopt.terms.contact import Clearance
 from plantigrade.trajopt.terms.posture import (
     LumbopelvicRhythm,
@@ -54,6 +53,7 @@ STRIDE = 1.25  # [thigh] front foot ahead of the rear knee with both hands on th
 HANDS_AHEAD = 0.34  # [stature] palms ahead of the knees on hands and knees. Estimate.
 HANDS_ASIDE = 0.145  # [stature] palms from the middle; the foot passes between. Estimate.
 KNEELS_UNTIL = 0.73  # [1] of the time on one knee that the guess stays upright. Chosen.
+TRUNK_WEIGHT = 5.0  # [1/s] weight of a trunk that does not lean aside. Chosen.
 HEAD_WEIGHT = 1.0  # [1/s] weight of a head that does not lean aside, as in lifting. Chosen.
 HABITS = {
     **dict.fromkeys(("pelvis_list", "lumbar_bending", "lumbar_rotation"), 2.0),
@@ -128,7 +128,7 @@ def get_up(human: Human, parameters: GetUpSettings) -> MotionTask:
         *at_rest(human, duration, standing),
         Clearance(),
         Posture(HABITS),
-        Upright("trunk", sideways=WalkingWeights().trunk_lean),
+        Upright("trunk", sideways=TRUNK_WEIGHT),
         Upright("head", sideways=HEAD_WEIGHT),
     )
     if lies is not None:
