@@ -129,7 +129,7 @@ def test_a_dropped_box_falls_on_the_head():
     "plate",
     [
         Tilting(amplitude=0.08, period=1.0),
-        Tilting(amplitude=0.08, period=1.0, direction=np.pi / 2),
+        Tilting(amplitude=0.05, period=1.0, direction=np.pi / 2),
         FloorShift(distance=0.1, duration=0.3, time=0.1),
     ],
 )
