@@ -15,5 +15,5 @@ def test_rising_from_a_chair_takes_the_time_that_costs_least():
     assert found.record.motion.duration == pytest.approx(times["duration"], abs=1e-6)
     assert times["duration"] != pytest.approx(usual.record.motion.duration, rel=0.01)
     assert min(costs) < costs[0]
-    assert min(costs) < 0.98 * usual.figures["objective"]  # that of the usual times
+    assert min(costs) < 0.99 * usual.figures["objective"]  # that of the usual times
     assert not found.figures["free_times_at_bounds"]
