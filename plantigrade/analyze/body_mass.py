@@ -33,13 +33,9 @@ MIN_PELVIS_HEIGHT = 0.9
 """Minimum height of the pelvis in standing, as a fraction of that in the neutral pose."""
 MIN_REST = 0.5  # [s] minimum duration of quiet standing
 MIN_GAIT = 0.3  # Minimum duration of gait with all forces known [s], about a single support
-
-
 FLIGHT_MARGIN = 0.08
 """Part of the flights before and after a contact that is weighed with it [s], over which filters of
 15 Hz smear its force."""
-
-
 WEIGHINGS = {"standing": "quiet standing", "gait": "gait", "jumps": "jumps"}
 """Method of weighing → its name in a sentence, from the most to the least accurate. OpenCap's
 subject 4 weighs 60.0 kg in quiet standing, and 62.0 kg in a jump."""
@@ -142,7 +138,7 @@ def weigh_jumps(
             continue
         if not total[a : run.start].any() and not total[run.stop : b].any():
             weighed[a:b] = True
-    seconds = float((weighed & (total > 0.0)).sum() * step)
-    if seconds < MIN_GAIT:
+    seconds, needed = float((weighed & (total > 0.0)).sum() * step), float(lift[weighed].sum())
+    if seconds < MIN_GAIT or not needed > 0.0:
         return None
-    return MeasuredMass(float(total[weighed].sum() / lift[weighed].sum()), seconds, "jumps")
+    return MeasuredMass(float(total[weighed].sum()) / needed, seconds, "jumps")

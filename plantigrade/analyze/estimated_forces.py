@@ -227,7 +227,7 @@ def _box_notes(
     return (
         Info(
             f"the feet stand on a box {rise:.0f} cm high for {seconds:.1f} s, which viewer and "
-            f"simulation lack: fit again with --ground steps:{rise:.0f}."
+            f"simulation lack; markers can be fitted again with --ground steps:{rise:.0f}."
         ),
     )
 

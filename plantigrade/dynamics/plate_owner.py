@@ -19,7 +19,7 @@ MAX_UNLOADED_REST = 0.10  # [s] maximum rest of a foot before and after its plat
 UNMEASURED_MARGIN = 0.05  # [s] possible load of an unmeasured foot before and after its rest
 MIN_CARRIED = 0.25
 """Least vertical force that a motion requires for its person to be carried [body weights]. Chosen:
-the forces that measured flights require stay below .15."""
+in flight the motion of a measured drop jump requires up to .3, for less than the following time."""
 MIN_CARRIED_TIME = 0.06  # [s] minimum duration of it
 
 
