@@ -1,5 +1,7 @@
 """The motions of ``plantigrade synthesize``: a task, a task file, a paper's motion, or tracking."""
 
+import sys
+import time
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
@@ -12,10 +14,10 @@ from plantigrade.record import Run
 from plantigrade.signatures import Option, of_variants, options_of, takes
 from plantigrade.threads import on_one_thread
 from plantigrade.trajopt.solve import Progress
+from plantigrade.trajopt.solvers.result import Iterate
 from plantigrade.trajopt.tasks.settings import TASKS
 from plantigrade.trajopt.tasks.task_file import read_task_file
 from plantigrade.trajopt.warm_start import WarmStart
-from plantigrade.workflows.cell_progress import cell_progress
 from plantigrade.workflows.settings import (
     PAPER,
     TRACK,
@@ -27,6 +29,7 @@ from plantigrade.workflows.settings import (
 from plantigrade.workflows.steps import Step, silent
 from plantigrade.workflows.synthesize import Origin, synthesize_paper, synthesize_task
 
+INTERVAL = 0.2  # [s] between two updates; chosen
 RECORDING = Option("recording", str | Path | None, None, f"Recording to track ({TRACK}).")
 _OF_ALL = options_of(SolveSettings)
 _OF_SOME = of_variants(
@@ -134,3 +137,35 @@ def _names(kind: type) -> list[str]:
 
 def _folder(*words: str) -> str:
     return "-".join(("synthesize", *words))
+
+
+def cell_progress() -> Progress | None:
+    """Return a line that follows the iterations in place; None outside of a Jupyter kernel."""
+    shell: Any = _shell()
+    if shell is None:
+        return None
+    from IPython.display import display
+
+    line: Any = display({"text/plain": "starting"}, raw=True, display_id=True)
+    last = -INTERVAL
+
+    def follow(stage: str, iterate: Iterate) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if iterate.number == 0 or now - last >= INTERVAL:
+            last = now
+            line.update({"text/plain": iteration_text(stage, iterate)}, raw=True)
+
+    return follow
+
+
+def iteration_text(stage: str, iterate: Iterate) -> str:
+    """Return an iteration in one line."""
+    text = f"{stage}: iteration {iterate.number}, largest violation {iterate.violation:.1e}"
+    return text if iterate.seconds != iterate.seconds else f"{text}, {iterate.seconds:.0f} s"
+
+
+def _shell() -> Any:
+    """Return the shell of the running Jupyter kernel; None elsewhere."""
+    shell = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
+    return shell if hasattr(shell, "kernel") else None

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from plantigrade.kinematics.coordinate_fit import forward_path
 from plantigrade.kinematics.ground_level import level
 from plantigrade.kinematics.planting import plant_feet
-from plantigrade.kinematics.root_path import forward_path
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
 from plantigrade.kinematics.sole_rests import ContactFrames, drift_of, find_rests
 from plantigrade.models import Human

@@ -11,9 +11,14 @@ from plantigrade.live.clock import Clock
 from plantigrade.live.session import Choice, Session
 from plantigrade.models import Human
 from plantigrade.pages.live_commands import Commands
-from plantigrade.pages.live_panel import control_values, curves_data, soles_of, status_lines
 from plantigrade.pages.live_scene import frame_data, world_data
-from plantigrade.pages.live_world import LiveWorld
+from plantigrade.pages.live_world import (
+    LiveWorld,
+    control_values,
+    curves_data,
+    soles_of,
+    status_lines,
+)
 from plantigrade.pages.page_server import SOCKET_PATH
 from plantigrade.record import Provenance
 from plantigrade.workflows.live import SessionWorlds

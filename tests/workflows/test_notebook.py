@@ -9,7 +9,7 @@ import plantigrade as pg
 from plantigrade.errors import ParameterError
 from plantigrade.record import Run
 from plantigrade.trajopt.solvers.result import Iterate
-from plantigrade.workflows.cell_progress import cell_progress, iteration_text
+from plantigrade.workflows.motions import cell_progress, iteration_text
 from tests.browser import colours, wait_for
 from tests.conftest import open_browser
 from tests.pages.walker import walk, walker
@@ -26,7 +26,7 @@ CELLS = (
     f"session = pg.live_session(port=8480, controller='passive', **{SMALL})\nsession",
     "done = session.stop()\nprint(done.kind, done.status)",
     "from plantigrade.trajopt.solvers.result import Iterate\n"
-    "from plantigrade.workflows.cell_progress import cell_progress\n"
+    "from plantigrade.workflows.motions import cell_progress\n"
     "follow = cell_progress()\n"
     "for stage in ('coarse', 'fine'):\n"
     "    for k in range(50): follow(stage, Iterate(k, 1.0, 2e-3))",
