@@ -73,7 +73,8 @@ def test_limbs_that_the_rows_keep_apart_are_apart(feet):
         for side in "rl":
             q[:, names.index(f"{stem}_{side}")] = rng.uniform(low, high, len(q))
     zero, none = np.zeros_like(q), np.zeros((len(q), 0))
-    found = [values(f(given, len(q)), q, zero, zero, none) / ROW_SCALE for f in (legs, arms)]
+    families = legs(given, len(q)), arms(given, len(q), SolidLimbs())
+    found = [values(family, q, zero, zero, none) / ROW_SCALE for family in families]
     qpos = given.symbolic.to_mujoco(q, zero, zero)[0]
     limb = ("femur", "tibia", "foot", "toes", "heel", "medial", "lateral")
     true_legs = [apart(human, x, *(bodies(human, limb, f"_{s}") for s in "rl")) for x in qpos]
@@ -100,7 +101,9 @@ def test_a_load_in_a_hand_keeps_its_half_size_from_both_thighs(other):
         q[0, names.index("arm_flex_r")], q[0, names.index("arm_add_r")] = 0.5, 0.6
         q[0, names.index("pelvis_list")] = 0.3
     zero, none = np.zeros_like(q), np.zeros((1, 0))
-    free, kept = (values(arms(b, 1), q, zero, zero, none)[0, 0] / ROW_SCALE for b in given)
+    free, kept = (
+        values(arms(b, 1, SolidLimbs()), q, zero, zero, none)[0, 0] / ROW_SCALE for b in given
+    )
     data = mujoco.MjData(laden.model)
     data.qpos[:] = given[1].symbolic.to_mujoco(q, zero, zero)[0][0]
     mujoco.mj_kinematics(laden.model, data)
@@ -120,7 +123,7 @@ def test_a_load_in_a_hand_keeps_its_half_size_from_both_thighs(other):
         distance.append(np.linalg.norm(off) - laden.model.geom_size[g, 0] - half.min())
     assert kept < min(free, *distance) + 1e-3
     assert kept == pytest.approx(min(free, *distance), abs=0.01)
-    beside = arms(given[1], 1, loads_beside=True)
+    beside = arms(given[1], 1, SolidLimbs(loads_beside=True))
     (row,) = values(beside, q, zero, zero, none)[:, 0] / ROW_SCALE
     hip, thigh = data.body("femur_r").xpos, leg_rods(laden, "r")[0].radius
     outward = -data.body("pelvis").xmat.reshape(3, 3)[:, 1] * [1, 1, 0]  # along the level
@@ -142,7 +145,8 @@ def test_forearms_and_hands_that_the_row_keeps_apart_are_apart():
         for side in "rl":
             q[:, names.index(f"{stem}_{side}")] = rng.uniform(low, high, len(q))
     zero = np.zeros_like(q)
-    row = values(arms(given, len(q)), q, zero, zero, np.zeros((len(q), 0)))[:, 2] / ROW_SCALE
+    family = arms(given, len(q), SolidLimbs())
+    row = values(family, q, zero, zero, np.zeros((len(q), 0)))[:, 2] / ROW_SCALE
     qpos = given.symbolic.to_mujoco(q, zero, zero)[0]
     lower = ("ulna", "radius", "hand")
     distance = np.array(
@@ -164,7 +168,8 @@ def test_a_trunk_that_the_row_keeps_off_the_thigh_is_off_it():
     for name, low, high in (("hip_flexion_r", 1.8, 2.6), ("lumbar_extension", -1.4, -0.4)):
         q[:, names.index(name)] = rng.uniform(low, high, len(q))
     zero = np.zeros_like(q)
-    row = values(arms(given, len(q)), q, zero, zero, np.zeros((len(q), 0)))[:, 3] / ROW_SCALE
+    family = arms(given, len(q), SolidLimbs())
+    row = values(family, q, zero, zero, np.zeros((len(q), 0)))[:, 3] / ROW_SCALE
     qpos = given.symbolic.to_mujoco(q, zero, zero)[0]
     distance = np.array([apart(human, x, ["femur_r"], ["abdomen", "thorax"]) for x in qpos])
     assert (row < 0.0).any() and (row > 0.01).any()
@@ -187,7 +192,7 @@ def test_thighs_that_the_row_keeps_off_shoulders_and_head_are_off_them():
     distance = np.array([apart(human, x, ["femur_r"], ["thorax", "head"]) for x in qpos])
     found = {}
     for shoulders in (False, True):
-        family = arms(given, n, True, True, shoulders)
+        family = arms(given, n, SolidLimbs(opposite_thighs=True, shanks=True, shoulders=shoulders))
         row = values(family, q, zero, zero, np.zeros((n, 0)))[:, 3]
         assert (row > 0.0).sum() > 20 and (distance < -0.02).any()
         found[shoulders] = distance[row > 0.0].min()
@@ -198,7 +203,7 @@ def test_hands_far_apart_have_second_derivatives():
     import casadi as ca
 
     human = Human.create(2.1, 100.0, joints="42")
-    family, n = arms(ContactBody(human, ()), 1), len(standing_posture(human))
+    family, n = arms(ContactBody(human, ()), 1, SolidLimbs()), len(standing_posture(human))
     q = ca.SX.sym("q", n)
     row = family.function(q, ca.SX(n, 1), ca.SX(n, 1), ca.SX(0, 1), ca.SX(0, 1))[2]
     hessian = ca.Function("hessian", [q], [row, ca.hessian(row, q)[0]])

@@ -16,8 +16,9 @@ is exact on the surface and to first order near it, :math:`s` being the half siz
 the joints between the limbs enter: the pelvis is the frame.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -31,7 +32,7 @@ from plantigrade.dynamics.recursions import sparse
 from plantigrade.models.parts import Solid
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
-from plantigrade.trajopt.problem.contact_body import ContactBody
+from plantigrade.trajopt.problem.contact_body import Cache, ContactBody
 from plantigrade.trajopt.terms.limb_shapes import (
     Rod,
     arm_spheres,
@@ -50,6 +51,11 @@ REFERENCE_HEIGHT = 1.74
 LEG_DIAMETER = 0.1  # [m] approximate diameter of a leg
 PASSING_DISTANCE = 0.35  # [m] sagittal distance of feet within which the legs are close
 SAMPLE_SHARES = np.linspace(0.0, 1.0, 51)
+LEG_POINTS = {"femur": 7, "tibia": 8}
+"""Points along a thigh and a shank that meet the other leg."""
+PROXIMAL_POINTS = 2
+"""Of them so many do not count from the hip on (the upper third of a thigh), nor from the knee on
+where a shank meets the other thigh."""
 BELLY_SPHERES = 4  # along the distal half of a thigh, next to a trunk that bends over it
 LEGS, ARMS, GROUND = "solid legs", "solid arms", "arms above the ground"
 
@@ -98,31 +104,21 @@ class SolidLimbs(Term):
             gone = SAMPLE_SHARES**3 * (10 - 15 * SAMPLE_SHARES + 6 * SAMPLE_SHARES**2)
             part = float(np.interp(along, gone, SAMPLE_SHARES))
             time, speed = one.toe_off + part * duration, 1.875 * length / duration
-            found.append(
-                (
-                    time - PASSING_DISTANCE / speed,
-                    time + PASSING_DISTANCE / speed,
-                    LEG_DIAMETER / speed,
-                )
-            )
+            near = PASSING_DISTANCE / speed
+            found.append((time - near, time + near, LEG_DIAMETER / speed))
         return tuple(found)
 
     def add_to(self, b: ProblemBuilder) -> None:
         """Limit the rows."""
         near = self.arms * b.body.human.height / REFERENCE_HEIGHT
-        n = len(b.nodes)
-        near_to = (
-            self.opposite_thighs, self.shanks, self.shoulders, self.loads_beside, self.feet,
-        )  # fmt: skip
+        tread = max((s.footprint.position[2] for s in b.plan.stances), default=0.0)
         for family, margin in (
-            (legs(b.body, n), self.margin), (arms(b.body, n, *near_to), near),
-        ):  # fmt: skip
+            (legs, self.margin),
+            (partial(arms, limbs=self), near),
+            (arms_above_ground, self.ground + tread),
+        ):
             if np.isfinite(margin):
-                b.limit(b.add(family), lower=ROW_SCALE * margin)
-        if np.isfinite(self.ground):
-            heights = [s.footprint.position[2] for s in b.plan.stances]
-            level = ROW_SCALE * (self.ground + max(heights, default=0.0))
-            b.limit(b.add(arms_above_ground(b.body, len(b.nodes))), lower=level)
+                b.limit(b.add(family(b.body, len(b.nodes))), lower=ROW_SCALE * margin)
 
 
 def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
@@ -133,42 +129,36 @@ def legs(body: ContactBody, n_nodes: int) -> ConstraintFamily:
         at = _Placed(ca, body, q)
         d = []
         (thigh_r, shank_r, foot_r), (thigh_l, shank_l, foot_l) = (leg_rods(human, s) for s in SIDES)
-        d += [at.apart(x, thigh_l) for x in thigh_r.points(7)[2:]]
-        d += [at.apart(x, shank_l) for x in shank_r.points(8)]
+        n_thigh, n_shank = LEG_POINTS.values()
+        d += [at.apart(x, thigh_l) for x in thigh_r.points(n_thigh)[PROXIMAL_POINTS:]]
+        d += [at.apart(x, shank_l) for x in shank_r.points(n_shank)]
         for shank, foot, others in ((shank_l, foot_l, foot_r), (shank_r, foot_r, foot_l)):
             for rod in others:
                 for x in rod.points(sphere_count(human, rod)):
                     d += [at.apart(x, other) for other in (shank, *foot)]
         for shank, foot, thigh in ((shank_l, foot_l, thigh_r), (shank_r, foot_r, thigh_l)):
             raised = [x for rod in foot for x in rod.points(sphere_count(human, rod))]
-            d += [at.apart(x, thigh) for x in (*shank.points(8)[2:], *raised)]
+            distal = shank.points(n_shank)[PROXIMAL_POINTS:]
+            d += [at.apart(x, thigh) for x in (*distal, *raised)]
         return ROW_SCALE * _least(ca, d)
 
-    function = body.function(LEGS, expression)
-    names = ("distance of the legs",)
-    return ConstraintFamily.free(
-        LEGS, function, names, n_nodes, unit="mm", scale=1000.0 / ROW_SCALE
-    )
+    return _family(body, n_nodes, LEGS, expression, ("distance of the legs",))
 
 
-def arms(
-    body: ContactBody,
-    n_nodes: int,
-    opposite_thighs: bool = False,
-    shanks: bool = False,
-    shoulders: bool = False,
-    loads_beside: bool = False,
-    feet: bool = False,
-) -> ConstraintFamily:
+def arms(body: ContactBody, n_nodes: int, limbs: SolidLimbs) -> ConstraintFamily:
     """Return how far arms are from trunk, head, legs and each other, thighs from the trunk.
 
-    Loads in the hands belong to the arms. Flags are those of :class:`SolidLimbs`.
+    Loads in the hands belong to the arms; ``limbs`` says what else they keep away from.
     """
     human = body.human
-    family = ARMS + " and both thighs" * opposite_thighs + " and shanks" * shanks
-    loads_beside = loads_beside and any(load_spheres(human, side) for side in SIDES)
-    family += " and feet" * feet + " and shoulders" * shoulders
-    family += " with loads beside" * loads_beside
+    loads_beside = limbs.loads_beside and any(load_spheres(human, side) for side in SIDES)
+    words = {
+        " and both thighs": limbs.opposite_thighs,
+        " and shanks": limbs.shanks,
+        " and feet": limbs.feet,
+        " and shoulders": limbs.shoulders,
+        " with loads beside": loads_beside,
+    }
 
     def expression(ca: Any, q: Any, v: Any, a: Any, u: Any, p: Any) -> Any:
         at = _Placed(ca, body, q)
@@ -177,10 +167,11 @@ def arms(
                  if s.kind == "ellipsoid"]  # fmt: skip
         for side in SIDES:
             load = load_spheres(human, side)
-            near = SIDES if opposite_thighs or load else (side,)
+            near = SIDES if limbs.opposite_thighs or load else (side,)
             legs, d = [leg_rods(human, each)[0] for each in near], []
-            legs += [leg_rods(human, each)[1] for each in SIDES] if shanks else []
-            legs += [rod for each in SIDES for rod in leg_rods(human, each)[2]] if feet else []
+            legs += [leg_rods(human, each)[1] for each in SIDES] if limbs.shanks else []
+            if limbs.feet:
+                legs += [rod for each in SIDES for rod in leg_rods(human, each)[2]]
             for x in (*arm_spheres(human, side), *load):
                 d += [at.apart(x, leg) for leg in legs]
                 d += [at.distance(x, name, solid) for name, solid in trunk]
@@ -191,13 +182,13 @@ def arms(
         spheres = [x for rod in right for x in rod.points(sphere_count(human, rod))]
         d = [at.apart(x, rod) for x in spheres for rod in left]
         above = [(name, solid) for name, solid in trunk if name != human.body_names[0]]
-        names = {name for name, _ in above} if shoulders else {}
+        names = {name for name, _ in above} if limbs.shoulders else {}
         high = [Rod(b.name, s.a, s.b, s.radius) for b in human.skeleton.bodies
                 if b.name in names for s in b.solids if s.kind == "capsule"]  # fmt: skip
         folded = []
         for side in SIDES:  # from its middle on: it begins next to the belly
             thigh = leg_rods(human, side)[0].distal_half
-            spheres = thigh.points(sphere_count(human, thigh) if shoulders else BELLY_SPHERES)
+            spheres = thigh.points(sphere_count(human, thigh) if limbs.shoulders else BELLY_SPHERES)
             belly = [at.distance(x, *each) for x in spheres for each in above]
             belly += [at.apart(x, rod) for x in spheres for rod in high]
             folded.append(ROW_SCALE * _least(ca, belly))
@@ -205,15 +196,13 @@ def arms(
         arms_apart = ROW_SCALE * (d[0] + _least(ca, [x - d[0] for x in d]))
         return ca.vertcat(*rows, arms_apart, *folded)
 
-    function = body.function(family, expression)
     names = (
         *(f"distance of arm_{s}" for s in SIDES),
         "distance of the arms",
         *(f"distance of thigh_{s} and trunk" for s in SIDES),
     )
-    return ConstraintFamily.free(
-        family, function, names, n_nodes, unit="mm", scale=1000.0 / ROW_SCALE
-    )
+    family = ARMS + "".join(word for word, there in words.items() if there)
+    return _family(body, n_nodes, family, expression, names)
 
 
 def arms_above_ground(body: ContactBody, n_nodes: int) -> ConstraintFamily:
@@ -229,10 +218,14 @@ def arms_above_ground(body: ContactBody, n_nodes: int) -> ConstraintFamily:
             rows.append(heights[0] + _least(ca, [h - heights[0] for h in ca.horzsplit(heights)]))
         return ROW_SCALE * ca.vertcat(*rows)
 
-    function = body.function(GROUND, expression)
     names = tuple(f"height of arm_{s}" for s in SIDES)
+    return _family(body, n_nodes, GROUND, expression, names)
+
+
+def _family(body: ContactBody, n_nodes: int, name: str, expression: Any, names: tuple[str, ...]):
+    function = body.function(name, expression)
     return ConstraintFamily.free(
-        GROUND, function, names, n_nodes, unit="mm", scale=1000.0 / ROW_SCALE
+        name, function, names, n_nodes, unit="mm", scale=1000.0 / ROW_SCALE
     )
 
 
@@ -242,7 +235,7 @@ class _Placed:
     def __init__(self, ca: Any, body: ContactBody, q: Any):
         self.ca, self.human = ca, body.human
         self._position, self._rotation = body.symbolic.frames()(ca.vertcat(ca.SX(6, 1), q[6:]))
-        self._made: dict[Any, Any] = {}
+        self._kept = Cache().get
         self._q, self._body = q, body
 
     def apart(self, x: Rod, rod: Rod) -> Any:
@@ -303,11 +296,6 @@ class _Placed:
             return self._position[:, i] + self.ca.mtimes(R, sparse(self.ca, point.reshape(3, 1)))
 
         return self._kept((body, tuple(point)), make)
-
-    def _kept(self, key: Any, make: Callable[[], Any]) -> Any:
-        if key not in self._made:
-            self._made[key] = make()
-        return self._made[key]
 
 
 def _least(ca: Any, distances: Sequence[Any]) -> Any:
