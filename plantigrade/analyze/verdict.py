@@ -175,7 +175,6 @@ class Verdict:
         }
 
     def __repr__(self) -> str:
-        """Return the verdict in one line."""
         return f"Verdict({len(self.time)} frames, {self.status})"
 
 

@@ -29,7 +29,6 @@ class LiveOptions(Bounded):
     """Print the address of the live page without opening a browser."""
 
     def __post_init__(self):
-        """Refuse what only a live page has a use for."""
         super().__post_init__()
         if not self.live and (self.port != 8080 or self.no_open):
             raise ParameterError("--port and --no-open need --live")

@@ -120,7 +120,6 @@ class JobOptions(Bounded):
     """Address of a Ray or Dask cluster; by default one is started on this machine."""
 
     def __post_init__(self):
-        """Refuse what cannot be, before any work."""
         super().__post_init__()
         if self.jobs == 0:
             raise ParameterError("jobs must be 1, 2, … or -1 for one per core, not 0")

@@ -70,7 +70,6 @@ class Command(
     ranges = {"seeds": (1, 100000, "")}
 
     def __post_init__(self):
-        """Refuse what only a live page has a use for."""
         super().__post_init__()
         if self.live and (self.seeds > 1 or self.vary or self.listed or len(self.sources) > 1):
             raise ParameterError("several simulations are a batch, which cannot be --live")

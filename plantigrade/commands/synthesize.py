@@ -143,7 +143,6 @@ class _Task(SolveSettings, LiveOptions, Command):
     """Open a page on which sliders and dragging change the task, and it is solved again."""
 
     def __post_init__(self):
-        """Refuse what a live page has no use for."""
         super().__post_init__()
         if self.live and (self.vary or self.listed):
             raise ParameterError("several motions are a batch, which cannot be --live")
@@ -286,7 +285,6 @@ class _Subcommands(Mapping[str, type]):
         return iter((*TASKS, TRACK, PAPER))
 
     def __len__(self) -> int:
-        """Return the number of tasks."""
         return len(TASKS) + 2
 
 

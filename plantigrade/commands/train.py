@@ -31,7 +31,6 @@ class Command(TrainSettings, RunOptions):
     """Continue an interrupted training in the --out folder."""
 
     def __post_init__(self):
-        """Refuse what cannot be."""
         super().__post_init__()
         if self.resume and self.overwrite:
             raise ParameterError(

@@ -90,7 +90,6 @@ class Ground:
     motion: SurfaceMotion | None = None
 
     def __post_init__(self):
-        """Raise for an invalid ground."""
         places = [*((s.x, s.height) for s in self.steps), *(s.position for s in self.seats)]
         places += [(*b.centre, b.radius) for b in self.bumps]
         places += [(*self.field.corner, *self.field.spacing)] if self.field else []

@@ -54,7 +54,6 @@ class Stance:
     backward: bool = False
 
     def __post_init__(self):
-        """Raise for times out of order."""
         if not all(a <= b for a, b in pairwise(self.times)) or self.toe_off <= self.heel_strike:
             raise ParameterError(
                 "a stance goes from heel strike, foot flat, heel off and forefoot off to toe off; "
@@ -125,7 +124,6 @@ class PointSupport:
     motion: SurfaceMotion | None = None
 
     def __post_init__(self):
-        """Refuse a normal whose length is not one, and a sphere on a surface that is not level."""
         if not abs(float(np.linalg.norm(self.normal)) - 1.0) < UNIT_TOLERANCE:
             raise ParameterError(
                 f"the normal {self.normal} of the support of {self.site.name} must have length one"
@@ -187,7 +185,6 @@ class ContactPlan:
     motion: SurfaceMotion | None = None
 
     def __post_init__(self):
-        """Raise for a way to the side that its mirror image would lead back, and moving ground."""
         if self.aside and self.mirrored:
             raise ParameterError("a plan that is mirrored cannot lead to the side")
         if self.motion is not None and self.periodic:

@@ -29,7 +29,6 @@ class HeightField:
     heights: tuple[tuple[float, ...], ...]
 
     def __post_init__(self):
-        """Raise for an invalid height field."""
         z = np.array(self.heights, dtype=float) if len(set(map(len, self.heights))) == 1 else None
         if z is None or min(z.shape) < 2 or not (np.isfinite(z).all() and (z >= 0).all()):
             raise ParameterError(

@@ -66,7 +66,6 @@ class SceneObject:
     size: tuple[float, float, float]
 
     def __post_init__(self):
-        """Raise for an invalid shape."""
         if self.kind not in SHAPES:
             raise ParameterError(f"a scene object is one of {', '.join(SHAPES)}, not {self.kind!r}")
         if min(self.size) < 0.0 or self.size[0] <= 0.0:

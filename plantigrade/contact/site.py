@@ -38,7 +38,6 @@ class Point:
     radius: float = 0.0
 
     def __post_init__(self):
-        """Convert and check position and radius."""
         object.__setattr__(self, "position", tuple(float(x) for x in self.position))
         object.__setattr__(self, "radius", float(self.radius))
         if len(self.position) != 3 or not np.isfinite(self.position).all():
@@ -71,7 +70,6 @@ class ContactSite(Point):
     measured: bool = False
 
     def __post_init__(self):
-        """Raise for an invalid side."""
         super().__post_init__()
         if self.side not in (*SIDES, ""):
             raise ParameterError(f"{self.name}: side={self.side!r} must be 'r', 'l' or empty")

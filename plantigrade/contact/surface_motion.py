@@ -33,7 +33,6 @@ class SurfaceMotion:
     rows: tuple[tuple[float, ...], ...]  #: Time, displacement, velocity and acceleration
 
     def __post_init__(self):
-        """Refuse rows that do not describe a motion."""
         if not self.rows or any(len(row) not in ROW_LENGTHS for row in self.rows):
             raise ParameterError(
                 "a motion consists of rows with a time, a displacement of 3 numbers and optionally "

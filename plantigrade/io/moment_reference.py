@@ -55,7 +55,6 @@ class MomentReference:
         return np.where(np.isfinite(p), self.sign * t - self.parts * np.cross(p - self.point, f), t)
 
     def __str__(self) -> str:
-        """Return a description for a note."""
         what = "the laboratory's origin"
         if self.point.any():
             what = "a fixed point at " + ", ".join(f"{x:.2f}" for x in self.point) + " m"

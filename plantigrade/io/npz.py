@@ -38,7 +38,6 @@ class Arrays:
         self._arrays = _load(self.path, remedy, only)
 
     def __contains__(self, key: str) -> bool:
-        """Return whether there is an array of this name."""
         return key in self._arrays
 
     def keys(self, prefix: str = "") -> list[str]:

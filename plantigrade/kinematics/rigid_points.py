@@ -33,7 +33,6 @@ class RigidPoints:
     body_bias: Float[Array, "n_bodies 6"]
 
     def __len__(self) -> int:
-        """Return the number of points."""
         return len(self.owner)
 
     @cached_property

@@ -70,7 +70,6 @@ class PointSet:
         return cls(human, [p.body for p in places], local, model)
 
     def __len__(self) -> int:
-        """Return the number of points."""
         return len(self.body)
 
     def values(self, state: "BodyState") -> Float[Array, "n_points 3"]:

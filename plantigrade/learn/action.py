@@ -94,7 +94,6 @@ class Action:
         self._n = len(self.displaced)
 
     def __len__(self) -> int:
-        """Return the number of entries."""
         return self._n + len(self.joints)
 
     @property

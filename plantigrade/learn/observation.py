@@ -30,7 +30,6 @@ class Observation:
         self.size = (15 * self.bodies + 9) if lean else (13 * self.bodies + 1)
 
     def __len__(self) -> int:
-        """Return the number of entries."""
         return self.size
 
     def of(

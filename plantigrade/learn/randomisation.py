@@ -69,7 +69,6 @@ class RandomPushes(Disturbance):
     force: float  #: Maximum force [N]
 
     def __post_init__(self):
-        """Check the force."""
         number("pushes", self.force, 1e-3, MAX_FORCE, "N", "learning")
 
     def reset(self, world: World) -> None:

@@ -82,7 +82,6 @@ class Rules:
     mirrored: bool = False
 
     def __post_init__(self):
-        """Check the values."""
         if self.form not in FORMS:
             raise ParameterError(f"form={self.form!r} must be one of {', '.join(FORMS)}")
         if not self.duration > 0:

@@ -21,7 +21,6 @@ class AngleJump:
     angle: float  #: Rotation between two frames [rad]
 
     def __str__(self) -> str:
-        """Return a description for a message."""
         return f"{self.joint} by {np.rad2deg(self.angle):.0f}° at {self.time:.2f} s"
 
 

@@ -133,7 +133,6 @@ class Motion:
         return table_html("Motion", summary(self))
 
     def __repr__(self) -> str:
-        """Return a description in one line."""
         rate = f" at {self.rate:.0f} Hz" if self.n_frames > 1 else ""
         return (
             f"Motion({self.n_frames} frames{rate}, {len(self.joint_names) - 1} hinges, "

@@ -83,7 +83,6 @@ class GaitEvent:
     kind: str  #: ``"heel_strike"`` (initial contact) or ``"toe_off"``
 
     def __post_init__(self):
-        """Check side and kind."""
         if self.side not in SIDES or self.kind not in ("heel_strike", "toe_off"):
             raise ParameterError(
                 f"event {shown(self.kind)} of side {shown(self.side)}: sides are 'r' and 'l', "
@@ -184,7 +183,6 @@ class Recording:
     companions: tuple[Path, ...] = ()
 
     def __repr__(self) -> str:
-        """Return a description in one line."""
         parts: list[str] = []
         if self.markers is not None:
             parts.append(f"{len(self.markers.names)} markers in {self.markers.n_frames} frames")

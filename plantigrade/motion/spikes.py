@@ -33,7 +33,6 @@ class Spike:
     distance: float = 0.0  #: Size of a spike of a position [m]; zero for an angle
 
     def __str__(self) -> str:
-        """Return a description for a message."""
         size = f"{np.rad2deg(self.angle):.0f}°" if self.angle else f"{100 * self.distance:.0f} cm"
         return f"{self.name} by {size} at {self.time:.2f} s"
 

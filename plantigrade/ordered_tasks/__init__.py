@@ -38,5 +38,4 @@ __getattr__ = lazy(__name__)
 
 
 def __dir__() -> list[str]:
-    """Return every name, loaded or not."""
     return sorted({*globals(), *__all__})

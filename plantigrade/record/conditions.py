@@ -65,7 +65,6 @@ class Condition:
     radius: float = 0.0  #: Of the sphere [m]
 
     def __post_init__(self):
-        """Refuse what cannot be judged."""
         for key in ("time", "lower", "upper", "position"):
             object.__setattr__(self, key, tuple(float(x) for x in getattr(self, key)))
         if self.quantity not in get_args(Quantity):

@@ -35,11 +35,9 @@ class Journal:
             self._find()
 
     def __contains__(self, name: str) -> bool:
-        """Return whether there is a line of this name."""
         return name in self._places
 
     def __len__(self) -> int:
-        """Return the number of names."""
         return len(self._places)
 
     def __iter__(self) -> Iterator[dict[str, Any]]:

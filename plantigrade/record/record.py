@@ -233,7 +233,6 @@ class Record:
         return table_html("Record", views.record_summary(self))
 
     def __repr__(self) -> str:
-        """Return what it is in one line."""
         known = [f"{len(self.sites)} contact sites"] if self.sites else []
         known += ["torques"] if self.qfrc_actuator is not None else []
         known += [f"references {', '.join(self.references)}"] if self.references else []

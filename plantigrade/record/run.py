@@ -79,7 +79,6 @@ class Run:
     files: tuple[str, ...] = ()
 
     def __post_init__(self):
-        """Keep figures in a mapping that names the nearest key."""
         object.__setattr__(self, "figures", Figures(self.figures))
 
     @property
@@ -275,7 +274,6 @@ class Run:
         return table_html(self.title or "Run", run_summary(self))
 
     def __repr__(self) -> str:
-        """Return what it is in a few lines."""
         where = f" in {self.folder}" if self.folder else ""
         return f"Run({self.kind}{where}, {self.status}: {self.sentence or self.record!r})"
 

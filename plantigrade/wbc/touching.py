@@ -40,7 +40,6 @@ class Touching:
     along: float = np.pi / N_EDGES
 
     def __len__(self) -> int:
-        """Return the number of points."""
         return len(self.body)
 
     def edges(self) -> Float[Array, "k 3 n_edges"]:

@@ -27,7 +27,6 @@ class PageFrame:
     height: int  #: Height of the frame [px]
 
     def __post_init__(self):
-        """Check the height."""
         if not MIN_HEIGHT <= self.height <= MAX_HEIGHT:
             limits = f"from {MIN_HEIGHT} to {MAX_HEIGHT} pixels"
             raise ParameterError(f"height={self.height} must be {limits}")
@@ -39,7 +38,6 @@ class PageFrame:
         return f'<iframe {self.source} style="{style}"></iframe>'
 
     def __repr__(self) -> str:
-        """Return what it is."""
         return f"<a page of {self.height} pixels; the last line of a notebook's cell shows it>"
 
 
@@ -106,7 +104,6 @@ class LiveSession:
         return PageFrame(f'src="{self.address}"', self._height)._repr_html_()
 
     def __repr__(self) -> str:
-        """Return where it is."""
         return f"<live session at {self.address}; stop() ends it and returns the run>"
 
 

@@ -119,7 +119,6 @@ class RecordingSettings(Settings):
     """Look for companion files in the folder of the recording."""
 
     def __post_init__(self):
-        """Refuse to mirror twice."""
         super().__post_init__()
         if self.swap_sides and self.mirror_axis:
             raise ParameterError(
@@ -216,7 +215,6 @@ class TrainSettings(RecordingSettings):
     """Number of processes that simulate, -1 for one per core; the policy does not depend on it."""
 
     def __post_init__(self):
-        """Refuse what a training has no use for."""
         super().__post_init__()
         if self.jobs == 0:
             raise ParameterError("jobs must be 1, 2, … or -1 for one per core, not 0")
@@ -263,7 +261,6 @@ class SolveSettings(Impairments, Settings):
     """Also simulate the motion with a controller, with and without pushes (half a minute)."""
 
     def __post_init__(self):
-        """Refuse what cannot be."""
         super().__post_init__()
         word("solver", self.solver, ("interior-point", "ipopt"))
         if self.basis is not None:
@@ -345,7 +342,6 @@ class TrackSettings(RecordingSettings):
     """Maximum number of mesh refinements where contact cannot provide the required force."""
 
     def __post_init__(self):
-        """Refuse times out of order."""
         super().__post_init__()
         if self.start is not None and self.stop is not None and not self.start < self.stop:
             raise ParameterError(f"start={self.start:g} s must be before stop={self.stop:g} s")
@@ -386,7 +382,6 @@ class VaultSettings(VaultingTable, Approach, Settings):
     """Random seed of the initial guesses."""
 
     def __post_init__(self):
-        """Refuse another body than the model's."""
         super().__post_init__()
         word("optimiser", self.optimiser, ("simplex", "evolution", "both"))
         for name, only in (("joints", "42"), ("feet", "rigid"), ("age", None)):

@@ -92,7 +92,6 @@ class SimulateSettings(RecordingSettings):
     """Options of the controller: name and value."""
 
     def __post_init__(self):
-        """Refuse what the world would refuse, before any work."""
         super().__post_init__()
         if self.controller is not None:
             from plantigrade.control.choices import checked

@@ -39,7 +39,6 @@ class Barrier(Disturbance):
     height: float
 
     def __post_init__(self):
-        """Check the numbers."""
         number("ahead", self.ahead, 0.5, 1e3, "m", "a barrier")
         number("height", self.height, 0.3, 3.0, "m", "a barrier")
 

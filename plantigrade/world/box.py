@@ -52,7 +52,6 @@ class Box(Disturbance):
     size: tuple[float, float, float] = (0.2, 0.2, 0.2)
 
     def __post_init__(self):
-        """Check the numbers."""
         number("mass", self.mass, 1e-3, 500, "kg", "a box")
         number("time", self.time, 0, MAX_TIME, "s", "a box")
         for name, low, high, unit in (
@@ -146,7 +145,6 @@ class ThrownBox(Box):
     direction: float = 0.0
 
     def __post_init__(self):
-        """Check the numbers."""
         super().__post_init__()
         number("direction", self.direction, -MAX_ANGLE, MAX_ANGLE, "rad", "a box")
         if not (self.speed == 0 or 2 <= self.speed <= MAX_SPEED):

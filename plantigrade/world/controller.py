@@ -60,7 +60,6 @@ class Target:
     names: tuple[str, ...] = ()
 
     def __post_init__(self):
-        """Check the numbers."""
         if not (np.isfinite([self.low, self.high]).all() and self.low < self.high):
             raise ParameterError(f"{self.name}: {self.low:g} to {self.high:g} is not a range")
         self.set(self.value)

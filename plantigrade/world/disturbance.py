@@ -97,7 +97,6 @@ class Push(Disturbance):
     body: str = ""
 
     def __post_init__(self):
-        """Check the numbers."""
         number("force", self.force, -MAX_FORCE, MAX_FORCE, "N", "a push")
         number("duration", self.duration, 1e-3, MAX_TIME, "s", "a push")
         number("direction", self.direction, -MAX_ANGLE, MAX_ANGLE, "rad", "a push")
@@ -179,7 +178,6 @@ class PhasePush(Push):
     phase: float = 0.0
 
     def __post_init__(self):
-        """Check side and phase."""
         super().__post_init__()
         if self.side not in SIDES or not 0.0 <= self.phase <= 1.0:
             raise ParameterError(f"{self}: side must be 'r' or 'l', and phase from 0 to 1")

@@ -26,7 +26,6 @@ class Fall:
     body: str = ""
 
     def __str__(self) -> str:
-        """Return a description."""
         what = f"{self.body} touched the ground" if self.body else "the centre of mass sank too low"
         return f"fell at {self.time:.2f} s: {what}"
 

@@ -122,7 +122,6 @@ class Tilting(Platform):
     direction: float = 0.0
 
     def __post_init__(self):
-        """Check the numbers."""
         sways = abs(self.amplitude) < np.pi / 4 and 0.1 <= self.period < np.inf
         if not (sways and np.isfinite(self.direction)):
             raise ParameterError(
@@ -158,7 +157,6 @@ class FloorShift(Platform):
     time: float = 1.0
 
     def __post_init__(self):
-        """Check the numbers."""
         number("distance", self.distance, -HALF_LENGTH / 2, HALF_LENGTH / 2, "m", "a shift")
         number("duration", self.duration, 0.02, MAX_TIME, "s", "a shift")
         number("direction", self.direction, -MAX_ANGLE, MAX_ANGLE, "rad", "a shift")

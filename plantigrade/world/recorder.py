@@ -37,7 +37,6 @@ class Recorder:
         self.signals: list[dict[str, Any]] = []
 
     def __len__(self) -> int:
-        """Return the number of complete frames."""
         return len(self.signals)
 
     def before(self, data: mujoco.MjData, time: float) -> None:

@@ -40,7 +40,6 @@ class Rope(Disturbance):
     body: str = ""
 
     def __post_init__(self):
-        """Check the numbers."""
         number("force", self.force, 0, MAX_FORCE, "N", "a rope, which only pulls")
         for place in self.anchor:
             number("anchor", place, -MAX_ANCHOR, MAX_ANCHOR, "m", "a rope")

@@ -62,5 +62,4 @@ class State:
         return np.asarray(self.contact_force[np.array(mine)].sum(axis=0))
 
     def __repr__(self) -> str:
-        """Return the time of the state."""
         return f"State(time={self.time:.3f})"

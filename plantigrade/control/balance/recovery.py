@@ -87,7 +87,6 @@ class TakenStep:
     left: float
 
     def __str__(self) -> str:
-        """Return it in words."""
         parts = [
             f"{100 * abs(length):.0f} cm {positive if length > 0 else negative}"
             for length, positive, negative in (

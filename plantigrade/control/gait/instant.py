@@ -23,7 +23,6 @@ class Field:
         self.shape, self.order = shape, order
 
     def __set_name__(self, owner: type, name: str) -> None:
-        """Learn the name."""
         self.name = name
 
     @overload
@@ -31,7 +30,6 @@ class Field:
     @overload
     def __get__(self, instant: "Instant", owner: type) -> Array: ...
     def __get__(self, instant, owner):
-        """Return the view."""
         if instant is None:
             return self
         columns, shape = instant.layout[self.name]
@@ -39,7 +37,6 @@ class Field:
         return values if shape is None else values.reshape(shape)
 
     def __set__(self, instant: "Instant", value: Any) -> None:
-        """Write to it."""
         self.__get__(instant, Instant)[...] = value
 
 

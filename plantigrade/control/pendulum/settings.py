@@ -64,7 +64,6 @@ class PendulumSettings:
     """Lowering of the head."""
 
     def __post_init__(self):
-        """Refuse a law that there is not, and a tick that is no time."""
         if self.law not in LAWS:
             raise ParameterError(f"no landing law {self.law!r}; there are {', '.join(LAWS)}")
         if not 0.0 < self.tick <= MAX_TICK:

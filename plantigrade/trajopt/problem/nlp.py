@@ -70,7 +70,6 @@ class Problem:
     jerk: Float[Array, " n_coordinates"] = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self):
-        """Refuse arrays that do not belong together."""
         n, names = len(self.nodes), {r.name for r in self.rows}
         if len(names) != len(self.rows):
             raise ParameterError("two families of rows have the same name")

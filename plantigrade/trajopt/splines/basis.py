@@ -204,11 +204,9 @@ class Basis(ABC):
         return isinstance(other, Basis) and self._identity() == other._identity()
 
     def __hash__(self) -> int:
-        """Equal bases hash alike."""
         return hash(self._identity())
 
     def __repr__(self) -> str:
-        """Return kind, degree, size and span."""
         kind = "periodic, " if self.periodic else ""
         return (
             f"{type(self).__name__}(degree {self.degree}, {kind}"

@@ -21,7 +21,6 @@ class FreeTime:
     guess: float  #: Where the search begins
 
     def __post_init__(self):
-        """Refuse bounds that leave no room, and a guess outside."""
         least, most, guess = (shown(x) for x in (self.least, self.most, self.guess))
         if not (isfinite(self.least) and isfinite(self.most) and self.least < self.most):
             raise ParameterError(

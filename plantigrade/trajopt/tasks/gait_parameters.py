@@ -68,7 +68,6 @@ class GaitParameters:
     gravity: float = GRAVITY  #: Acceleration of gravity [m/s²]
 
     def __post_init__(self):
-        """Refuse a stance out of order."""
         order = (0.0, self.foot_flat, self.heel_off, self.forefoot_off, self.stance_fraction)
         if not (np.all(np.diff(order) >= 0) and 0.5 <= self.stance_fraction < 1):
             raise ParameterError(

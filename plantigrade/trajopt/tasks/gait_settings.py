@@ -68,7 +68,6 @@ class WalkSettings(TaskSettings):
     """Number of strides of a periodic walk to write."""
 
     def __post_init__(self):
-        """Refuse combinations that make no walk."""
         super().__post_init__()
         for name in ("optimise_timing", "cart_force"):
             if getattr(self, name) and not self.periodic:
@@ -178,6 +177,5 @@ class HopSettings(TaskSettings):
     """Number of hops to write."""
 
     def __post_init__(self):
-        """Refuse legs that nobody has."""
         super().__post_init__()
         word("legs", self.legs, ("both", "r", "l"))

@@ -76,7 +76,6 @@ class Impairments(Bounded):
     repeatable."""
 
     def __post_init__(self):
-        """Refuse words that say nothing."""
         super().__post_init__()
         for word in self.limit:
             self._range(word)

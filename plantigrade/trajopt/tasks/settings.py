@@ -106,7 +106,6 @@ class ReachSettings(TaskSettings):
     """Return to standing afterwards, in the same time."""
 
     def __post_init__(self):
-        """Refuse targets out of range."""
         super().__post_init__()
         if self.target is not None:
             for x in self.target:

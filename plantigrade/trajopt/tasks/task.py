@@ -63,7 +63,6 @@ class MotionTask:
     tolerance: float = 1e-3  #: Largest scaled error of the optimality conditions at the end
 
     def __post_init__(self):
-        """Take a whole stride where terms are one-sided."""
         if self.plan.periodic and self.plan.mirrored and one_sided(self.terms):
             object.__setattr__(self, "plan", self.plan.full_stride())
 

@@ -28,7 +28,6 @@ class TaskSettings(Bounded):
     """Parameters that set times, which may be free."""
 
     def __post_init__(self):
-        """Refuse values of another type, or out of range."""
         super().__post_init__()
         if "side" in (f.name for f in fields(self)):
             word("side", getattr(self, "side"), ("r", "l"))  # noqa: B009
