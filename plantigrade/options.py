@@ -36,7 +36,7 @@ def number_of(kind: type, word: str) -> Any:
 
 
 def optional(metavar: str, text: str | None = None):
-    """Return the annotation of an option without default: its metavar and help.
+    """Return the annotation of an argument, or an option without default: its metavar and help.
 
     ``text`` is its help, in place of the line under the field.
     """

@@ -124,19 +124,10 @@ def _lowest(record: Record, s: Sweep, condition: Condition) -> Float[Array, "n 3
     return place - condition.radius * record.ground.normal
 
 
-def _point(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
-    return _along(record, _lowest(record, s, condition), condition)
-
-
 def _clearance(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
     """Return the height of the lowest point of a sphere above the ground [m]."""
     low, ground = _lowest(record, s, condition), record.ground
     return low @ ground.normal - ground.under(low)
-
-
-def _power(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
-    """Return the power of a joint's muscles: joint power less that of passive tissue [W]."""
-    return _muscle_torque(record, s, condition) * record.motion.velocity(condition.of)
 
 
 def _muscle_torque(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
@@ -162,10 +153,10 @@ _SERIES: dict[str, Callable[[Record, Sweep, Condition], np.ndarray]] = {
     "displacement": _coordinate,
     "speed": _speed,
     "rest": lambda record, s, c: np.abs(record.motion.qvel).max(axis=1),
-    "point": _point,
+    "point": lambda record, s, c: _along(record, _lowest(record, s, c), c),
     "clearance": _clearance,
     "com": lambda record, s, c: _along(record, s.com, c),
     "com speed": lambda record, s, c: _along(record, s.momentum[:, :3] / record.human.mass, c),
-    "power": _power,
+    "power": lambda record, s, c: _muscle_torque(record, s, c) * record.motion.velocity(c.of),
     "muscle torque": _muscle_torque,
 }

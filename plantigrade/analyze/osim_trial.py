@@ -19,7 +19,7 @@ from plantigrade.io.osim_shapes import foot_bodies
 from plantigrade.kinematics.osim_inverse import OsimFit
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import PointSet
-from plantigrade.motion import ForcePlate, GaitEvent, Motion
+from plantigrade.motion import ForcePlate, Motion
 from plantigrade.motion.events import detect_gait_events
 from plantigrade.notes import Info
 from plantigrade.record import Record
@@ -90,8 +90,9 @@ def analyse_osim(
         "frames": len(motion.time),
         "duration_s": float(np.ptp(motion.time)),
         **({} if offset is None else {"plate_clock_offset_ms": 1e3 * offset}),
-        **_measures(motion.time, feet, events),
     }
+    if feet is not None:
+        figures |= gait_measures(motion.time, feet.heel, feet.toe, events).metrics()
     return OsimTrial(record, figures)
 
 
@@ -101,10 +102,6 @@ def _feet(human: OsimHuman, qpos: Float[Array, "n nq"]) -> FootPath | None:
         return None
     heel, toe = sole_paths(human, qpos).ends
     return FootPath(heel, toe, qpos[:, :3])
-
-
-def _measures(time, feet: FootPath | None, events: tuple[GaitEvent, ...]) -> dict[str, Any]:
-    return {} if feet is None else gait_measures(time, feet.heel, feet.toe, events).metrics()
 
 
 def _contact(human: OsimHuman, forces: FootForces | None) -> dict[str, Any]:

@@ -21,10 +21,7 @@ class Command(PageOptions):
     one person, whose cycles are pooled.
     """
 
-    runs: Annotated[
-        tyro.conf.Positional[tuple[Path, ...]],
-        tyro.conf.arg(metavar="RUN [RUN ...]", help_behavior_hint=""),
-    ]
+    runs: Annotated[tyro.conf.Positional[tuple[Path, ...]], optional("RUN [RUN ...]")]
     """Run folders of any kind that contain walking, or folders of such runs."""
     affected: Annotated[Literal["right", "left"] | None, optional("{right,left}")] = None
     """Pool all runs as trials of one person and compare this affected side with the other."""

@@ -33,10 +33,7 @@ class Command(PrintOptions, Bounded):
     activity = "a recording"
     ranges = {"rate": (1, 10_000, "Hz"), "height_px": (120, 2160, "pixels")}
 
-    paths: Annotated[
-        tyro.conf.Positional[tuple[Path, ...]],
-        tyro.conf.arg(metavar="IN [IN ...] OUT", help_behavior_hint=""),
-    ]
+    paths: Annotated[tyro.conf.Positional[tuple[Path, ...]], optional("IN [IN ...] OUT")]
     """File to read, or run folder (several runs or a batch for one table), and the file to write,
     whose extension selects the format."""
     skeleton: OptionalPath = None

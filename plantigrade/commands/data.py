@@ -30,10 +30,7 @@ class Get(PrintOptions):
     downloaded again, and an interrupted download continues where it ended.
     """
 
-    names: Annotated[
-        tyro.conf.Positional[tuple[str, ...]],
-        tyro.conf.arg(metavar="[NAME ...]", help_behavior_hint=""),
-    ] = ()
+    names: Annotated[tyro.conf.Positional[tuple[str, ...]], optional("[NAME ...]")] = ()
     """Data sets; without a name, all are listed and nothing is downloaded."""
     all: Flag = False
     """Download every data set."""

@@ -9,6 +9,7 @@ import tyro
 from plantigrade.commands.batch_options import BatchOptions
 from plantigrade.commands.options import PageOptions, command_line
 from plantigrade.commands.outcome import Outcome
+from plantigrade.options import optional
 from plantigrade.workflows.settings import FitSettings
 
 if TYPE_CHECKING:
@@ -25,10 +26,7 @@ class Command(FitSettings, PageOptions, BatchOptions):
     content, or can be given as an option.
     """
 
-    files: Annotated[
-        tyro.conf.Positional[tuple[Path, ...]],
-        tyro.conf.arg(metavar="FILE|FOLDER ...", help_behavior_hint=""),
-    ]
+    files: Annotated[tyro.conf.Positional[tuple[Path, ...]], optional("FILE|FOLDER ...")]
     """Recordings to fit (.c3d, .trc, .amc, .bvh, .mot, ...), or folders or patterns of them."""
     subject: Literal["auto", "one", "each"] = "auto"
     """Grouping of the recordings: trials of one subject share lengths, marker places and body mass.

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 Lengths = Annotated[
     tuple[str, ...],
-    tyro.conf.arg(metavar="NAME=METRES", help_behavior_hint=""),
+    optional("NAME=METRES"),
     tyro.conf.UseAppendAction,
 ]
 Stiffness = Annotated[float | None, optional("N/M")]

@@ -9,7 +9,7 @@ import tyro
 from plantigrade.commands.options import PrintOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import FileError, ParameterError
-from plantigrade.options import Flag, OptionalWord
+from plantigrade.options import Flag, OptionalWord, optional
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,10 +20,7 @@ class Command(PrintOptions):
     that are not ok, walk backward or have no complete gait cycle are omitted and named.
     """
 
-    runs: Annotated[
-        tyro.conf.Positional[tuple[Path, ...]],
-        tyro.conf.arg(metavar="FOLDER [FOLDER ...]", help_behavior_hint=""),
-    ]
+    runs: Annotated[tyro.conf.Positional[tuple[Path, ...]], optional("FOLDER [FOLDER ...]")]
     """Run folders, or folders of runs: one run per person."""
     out: Path = Path("norms.csv")
     """CSV file to write."""

@@ -94,7 +94,10 @@ class Command(PrintOptions, Bounded):
             write_text(out, svg)
         size = len(svg.encode()) / 1000
         metrics = {"status": "ok", "command": "picture", "target_file": out, **facts}
-        shown = f"{facts['frames']} still frames" if self.still else _told(facts)
+        shown = f"{facts['frames']} still frames"
+        if not self.still:
+            long = "one looping stride" if facts["loop"] else f"{facts['seconds']:.1f} s"
+            shown = f"{long}, {facts['frames']} frames"
         return Outcome(text=f"wrote {out}: {shown}, {size:.0f} kB", metrics=metrics)
 
     def _refuse(self) -> None:
@@ -141,8 +144,3 @@ class Command(PrintOptions, Bounded):
             stop=self.stop,
         )
         return svg + "\n", {"frames": min(STRIP_PICTURES, run.record.motion.n_frames)}
-
-
-def _told(facts: dict[str, Any]) -> str:
-    kind = "one looping stride" if facts["loop"] else f"{facts['seconds']:.1f} s"
-    return f"{kind}, {facts['frames']} frames"

@@ -9,6 +9,7 @@ import tyro
 from plantigrade.commands.batch_options import BatchOptions
 from plantigrade.commands.options import PageOptions, command_line
 from plantigrade.commands.outcome import Outcome
+from plantigrade.options import optional
 from plantigrade.workflows.settings import ReproduceSettings
 
 if TYPE_CHECKING:
@@ -23,10 +24,7 @@ class Command(ReproduceSettings, PageOptions, BatchOptions):
     with its rate) at the end of each gait phase from the recording. Everything else is computed.
     """
 
-    files: Annotated[
-        tyro.conf.Positional[tuple[Path, ...]],
-        tyro.conf.arg(metavar="FILE|FOLDER ...", help_behavior_hint=""),
-    ]
+    files: Annotated[tyro.conf.Positional[tuple[Path, ...]], optional("FILE|FOLDER ...")]
     """Recordings of walking (.c3d, .trc, .amc, .bvh, .mot, ...), or folders or patterns of them."""
 
     def run(self) -> Outcome:

@@ -53,8 +53,7 @@ class Command(
     """
 
     sources: Annotated[
-        tyro.conf.Positional[tuple[Path, ...]],
-        tyro.conf.arg(metavar="[FILE|RUN|FOLDER ...]", help_behavior_hint=""),
+        tyro.conf.Positional[tuple[Path, ...]], optional("[FILE|RUN|FOLDER ...]")
     ] = ()
     """Recording or run folder whose motion is simulated, or several, or folders or patterns of
     recordings."""

@@ -233,10 +233,7 @@ class Files(SolveSettings, Command):
     """Generate the motions of several task files, or of folders or patterns of them."""
 
     option_kinds = (SolveSettings,)
-    files: Annotated[
-        tyro.conf.Positional[tuple[Path, ...]],
-        tyro.conf.arg(metavar="FILE.toml|FOLDER ...", help_behavior_hint=""),
-    ] = ()
+    files: Annotated[tyro.conf.Positional[tuple[Path, ...]], optional("FILE.toml|FOLDER ...")] = ()
     """Task files."""
 
     @cached_property

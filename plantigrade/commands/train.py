@@ -9,7 +9,7 @@ import tyro
 from plantigrade.commands.options import RunOptions
 from plantigrade.commands.outcome import Outcome
 from plantigrade.errors import ParameterError
-from plantigrade.options import Flag
+from plantigrade.options import Flag, optional
 from plantigrade.workflows.settings import TrainSettings
 
 
@@ -22,10 +22,7 @@ class Command(TrainSettings, RunOptions):
     exit code is 0 if every seed reached the goal, otherwise 3.
     """
 
-    source: Annotated[
-        tyro.conf.Positional[Path | None],
-        tyro.conf.arg(metavar="[FILE|RUN]", help_behavior_hint=""),
-    ] = None
+    source: Annotated[tyro.conf.Positional[Path | None], optional("[FILE|RUN]")] = None
     """Recording or run folder with the reference walk."""
     resume: Flag = False
     """Continue an interrupted training in the --out folder."""

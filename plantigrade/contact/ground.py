@@ -236,7 +236,7 @@ class Ground:
             return np.full(points.shape[:-1], float(self.height))
         x = points @ self.to_world
         level = self.along(x[..., 0])
-        return np.asarray(np.maximum(level, self._relief(x))) if self.uneven else level
+        return np.asarray(np.maximum(level, self._relief_and_slope(x)[0])) if self.uneven else level
 
     def above(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
         """Return world points in axes of the ground, with z the height above it [m]."""
@@ -264,10 +264,6 @@ class Ground:
     def uneven(self) -> bool:
         """Whether the ground has relief, which changes its normal."""
         return bool(self.bumps) or self.field is not None
-
-    def _relief(self, x: Float[Array, "*n 3"]) -> Float[Array, "*n"]:
-        """Return the height of bumps and field without steps, axes of the ground [m]."""
-        return self._relief_and_slope(x)[0]
 
     def _relief_and_slope(
         self, x: Float[Array, "*n 3"]

@@ -116,14 +116,6 @@ def filled(_: Any, shape: Any, made: Any, fortran: Any, raw: Any) -> np.ndarray:
     return array
 
 
-def _from_buffer(raw: Any, made: Any, shape: Any, order: Any) -> np.ndarray:
-    return filled(1, shape, made, order == "F", raw)
-
-
-def _scalar(made: Any, raw: Any = b"") -> Any:
-    return filled(1, (), made, False, raw)[()]
-
-
 def _tensor(storage: Any, offset: Any, shape: Any, stride: Any, *_: Any) -> np.ndarray:
     """Return a tensor, a view of a storage."""
     if not isinstance(storage, Storage) or type(offset) is not int:
@@ -164,8 +156,12 @@ MAKERS: dict[tuple[str, str], Maker] = {
         for core in ("core", "_core")
         for module, name, make in (
             ("multiarray", "_reconstruct", lambda *_: EmptyArray()),
-            ("multiarray", "scalar", _scalar),
-            ("numeric", "_frombuffer", _from_buffer),
+            ("multiarray", "scalar", lambda made, raw=b"": filled(1, (), made, False, raw)[()]),
+            (
+                "numeric",
+                "_frombuffer",
+                lambda raw, made, shape, order: filled(1, shape, made, order == "F", raw),
+            ),
         )
     },
     ("joblib.numpy_pickle", "NumpyArrayWrapper"): Maker(JoblibArray),

@@ -130,7 +130,7 @@ def _moved(
 ) -> tuple[Attachment, ...]:
     """Return the places of markers on new feet: where they were found, else as on the old feet."""
     return tuple(
-        replace(p, position=_in_body(shod, p.body, found.get(i, _in_foot(human, p))))
+        replace(p, position=found.get(i, _in_foot(human, p)) - _offset(shod, p.body))
         if p.body in _bodies(human, p.body[-1])
         else p
         for i, p in enumerate(places)
@@ -340,10 +340,6 @@ def _bodies(human: Human, side: str) -> tuple[str, ...]:
 def _in_foot(human: Human, place: Attachment) -> Float[Array, "3"]:
     """Return an attachment on any body of a foot in the frame of the foot, zero pose [m]."""
     return place.position + _offset(human, place.body)
-
-
-def _in_body(human: Human, body: str, position: Float[Array, "3"]) -> Float[Array, "3"]:
-    return position - _offset(human, body)
 
 
 def _offset(human: Human, body: str) -> Float[Array, "3"]:

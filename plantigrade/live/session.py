@@ -270,7 +270,7 @@ class Session:
         self._hand.signals = {
             "live.friction": self._friction,
             "live.load": self._load,
-            **self._target_signals(),
+            **{f"live.{t.name.replace(' ', '_')}": t.value for t in self.targets},
         }
         try:
             self._state = world.step(self._controller(self._state))
@@ -278,10 +278,6 @@ class Session:
             self.paused, self.message = True, str(error)
             return
         self._history.append(world, *self._contact_forces())
-
-    def _target_signals(self) -> dict[str, float]:
-        """Return the targets of the controller as signals."""
-        return {f"live.{t.name.replace(' ', '_')}": t.value for t in self.targets}
 
     def _contact_forces(self) -> tuple[Array, Array]:
         """Return force and point of application at every contact sphere."""

@@ -102,7 +102,8 @@ def _joint(parent: ET.Element, body: Body, human: Human) -> None:
     if root:
         angles = zip(PELVIS[:3], PELVIS_AXES, strict=True)
         turns = [(name, np.array(axis, dtype=float), PELVIS_RANGE) for name, axis in angles]
-    values = dict(zip(*_standing(human), strict=True))
+    names, standing = human.to_coordinates(human.standing()[None])
+    values = dict(zip(names, standing[0].tolist(), strict=True))
     rows = [(name, span) for name, _, span in turns]
     rows += [(name, PLACE_RANGE) for name in PELVIS[3:]] if root else []
     for name, span in rows:
@@ -124,11 +125,6 @@ def _joint(parent: ET.Element, body: Body, human: Human) -> None:
         _axis(motion, f"rotation{k + 1}", axis, turns[k][0] if k < len(turns) else None)
     for k, axis in enumerate(np.eye(3)):
         _axis(motion, f"translation{k + 1}", axis, PELVIS[3 + k] if root else None)
-
-
-def _standing(human: Human) -> tuple[tuple[str, ...], list[float]]:
-    names, values = human.to_coordinates(human.standing()[None])
-    return names, values[0].tolist()
 
 
 def _completed(axes: list[np.ndarray]) -> list[np.ndarray]:

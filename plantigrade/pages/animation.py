@@ -154,17 +154,14 @@ class _Instants:
     def only(self, k: int) -> "_Instants":
         """Return one instant."""
         one = slice(k, k + 1)
+        known = {name: getattr(self, name) for name in ("total", "cop", "force", "point")}
         return replace(
             self,
             figure=self.figure.frames(one),
             skin=self.skin and self.skin.frames(one),
             centre=self.centre[one],
-            **{name: _cut(getattr(self, name), one) for name in ("total", "cop", "force", "point")},
+            **{name: x if x is None else x[one] for name, x in known.items()},
         )
-
-
-def _cut(values: Array | None, frames: slice) -> Array | None:
-    return None if values is None else values[frames]
 
 
 Box = tuple[int, int, int, int]

@@ -40,6 +40,7 @@ def skin_data(human: Human, assumed: Collection[str] = ()) -> dict[str, Any] | N
         ],
         axis=1,
     )
+    shoulder = surface.bone_names.index("humerus_l")
     return {
         "low": low.round(6).tolist(),
         "step": step.tolist(),
@@ -52,7 +53,7 @@ def skin_data(human: Human, assumed: Collection[str] = ()) -> dict[str, Any] | N
         "offset": skin.bones.offset.round(5).tolist(),
         "resting": _resting(skin).round(6).tolist(),
         "recipes": [list(recipe) for recipe in skin.bones.recipes],
-        "shoulder": round(float(abs(_bone(skin, "humerus_l")[1])), 4),
+        "shoulder": round(float(abs(skin.resting.position[shoulder, 1])), 4),
         "colours": theme.SKIN,
     }
 
@@ -95,10 +96,6 @@ def _resting(skin: Skin) -> Float[Array, "n_bones 7"]:
 
     quat = Rotation.from_matrix(skin.resting.rotation).as_quat()
     return np.concatenate([skin.resting.position, quat], axis=1)
-
-
-def _bone(skin: Skin, name: str) -> Array:
-    return skin.resting.position[skin.surface.bone_names.index(name)]
 
 
 def _packed(array: Array, kind: str) -> str:

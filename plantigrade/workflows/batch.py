@@ -304,7 +304,8 @@ class Batch(Iterable[ItemResult]):
         pace.close()
         kind = self._plan.kind
         counts = kind.counts(self._results())
-        failed = ((one.name, (one.problem,)) for one in self._results() if _failed(one))
+        there = (one for one in self._results() if one.problem and not one.left_out)
+        failed = ((one.name, (one.problem,)) for one in there)
         warned = ((one.name, one.warnings) for one in self._results())
         for name, sentences in (("failures", failed), ("warnings", warned)):
             counts[name] = [kind.counted(each, counts) for each in repeated(sentences)]
@@ -318,10 +319,6 @@ class Batch(Iterable[ItemResult]):
             found = {**counts, **more.figures}
             self._metrics = self._store.finish(found, pages, self._plan.folders)
         self._ended = True
-
-
-def _failed(result: ItemResult) -> bool:
-    return bool(result.problem) and not result.left_out
 
 
 def _rounds(groups: Iterable[ItemGroup], count: int) -> Iterator[list[ItemGroup]]:

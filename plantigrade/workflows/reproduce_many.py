@@ -171,10 +171,6 @@ class GaitStudy:
         ]  # fmt: skip
         return header, rows
 
-    def table_csv(self) -> str:
-        """Return Table I as CSV; what is not known is empty."""
-        return csv_text(*self.table_rows())
-
     def table_text(self) -> list[str]:
         """Return Table I as lines to print."""
         if self.study is None:
@@ -221,4 +217,4 @@ def study_files(
         status=status,
         provenance=provenance,
     )
-    return {PAGE: page, TABLE: found.table_csv()}
+    return {PAGE: page, TABLE: csv_text(*found.table_rows())}
