@@ -38,10 +38,14 @@ from plantigrade.analyze.curves import gait_curves
 from plantigrade.arrays import Array
 from plantigrade.models import Human
 from plantigrade.trajopt.free_times import find_times
-from plantigrade.trajopt.tasks.gait_parameters import GaitParameters, gait_parameters
+from plantigrade.trajopt.tasks.gait_parameters import (
+    GaitParameters,
+    free_walking_times,
+    gait_parameters,
+    with_walking_times,
+)
 from plantigrade.trajopt.tasks.impairments import Impairments
 from plantigrade.trajopt.tasks.walking import periodic_walk
-from plantigrade.trajopt.tasks.walking_times import free_walking_times, with_walking_times
 
 SPEED = 1.25  # [m/s]
 PLAIN = "level 1.25 m/s"  #: Name of the walk that others are compared with

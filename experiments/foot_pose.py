@@ -32,12 +32,12 @@ from plantigrade.analyze.foot_angles import FOOT_ANGLES, joint_angles
 from plantigrade.analyze.statistics import compare_curves
 from plantigrade.analyze.trial import Trial
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.foot_bones import NONE, foot_path, pressing, standing_height
 from plantigrade.kinematics.foot_pose import FootPoser
 from plantigrade.kinematics.ground_normal import hinge_turn
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.sole_rests import ContactFrames, find_rests
+from plantigrade.kinematics.state import body_paths
 from plantigrade.models import Human
 from plantigrade.motion import Recording
 from plantigrade.motion.filters import runs

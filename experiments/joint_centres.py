@@ -21,8 +21,8 @@ from plantigrade.constants import SIDES
 from plantigrade.io import read
 from plantigrade.io.osim_body import OsimHuman
 from plantigrade.io.text import read_text
-from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.osim_inverse import take_coordinates
+from plantigrade.kinematics.state import body_paths
 from plantigrade.motion import Recording
 
 CENTRES = ("hip", "knee", "ankle")

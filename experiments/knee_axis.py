@@ -29,7 +29,7 @@ from plantigrade.analyze.statistics import compare_curves
 from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.body_paths import body_paths
+from plantigrade.kinematics.state import body_paths
 
 STRAIGHT = 25.0  # flexion below which a knee hardly turns about its shank [deg]
 MAX_TURN = 60.0  # most that an axis is turned [deg]

@@ -1,6 +1,6 @@
 """Forces without plates with one source of recordings left out when constants are settled.
 
-The curves of :class:`~plantigrade.dynamics.usual_stance.UsualStance` are measured again on the
+The curves of :class:`~plantigrade.dynamics.force_scales.UsualStance` are measured again on the
 plates of all other sources, the factors of the bands are set to what 90 % of their measured values
 need, and the recordings of the source left out are estimated with them. Scales of the program and
 spreads of the curves stay as shipped: they were chosen by hand on the settled half.
@@ -17,12 +17,11 @@ from plantigrade.analyze.gait_forces import STANCE_LOAD, ForceComparison, compar
 from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.dynamics.force_scales import ForceScales
+from plantigrade.dynamics.force_scales import LEAN, PHASE, ForceScales, UsualStance
 from plantigrade.dynamics.ground_forces import estimate_forces
 from plantigrade.dynamics.inverse import inverse_dynamics
 from plantigrade.dynamics.loading import find_loading, usual_length
 from plantigrade.dynamics.required_forces import RequiredForces, required_forces
-from plantigrade.dynamics.usual_stance import LEAN, PHASE, UsualStance
 from plantigrade.kinematics.ground_level import moving_ground
 
 SOURCES = {

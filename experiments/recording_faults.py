@@ -25,7 +25,7 @@ from plantigrade.analyze.trial import Trial, analyse
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.errors import PlantigradeError
-from plantigrade.kinematics.body_paths import body_paths
+from plantigrade.kinematics.state import body_paths
 from plantigrade.models.landmarks import attachments
 from plantigrade.models.markers import landmarks_of
 from plantigrade.motion import Recording

@@ -30,8 +30,7 @@ from plantigrade.analyze.gait_forces import ForceComparison
 from plantigrade.analyze.reproduction import Comparison
 from plantigrade.analyze.trial import Trial
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.contacts import stances
-from plantigrade.kinematics.foot_flat import MID_STANCE
+from plantigrade.kinematics.contacts import MID_STANCE, stances
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.motion import Motion
 from plantigrade.ordered_tasks.phases import walking_events

@@ -17,9 +17,8 @@ from plantigrade.analyze.foot_angles import (
 from plantigrade.analyze.trial import CUTOFF, Trial
 from plantigrade.arrays import Array
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.result import Fit
-from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.state import PointSet, body_paths
 from plantigrade.models.landmarks import attachments
 from plantigrade.models.markers import MarkerSet, landmarks_of, read_marker_set
 from plantigrade.motion import Markers, Recording, Table

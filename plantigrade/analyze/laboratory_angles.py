@@ -38,8 +38,7 @@ import numpy as np
 from plantigrade.analyze.foot_progression import foot_line, inward_angle, marker_path
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.body_paths import body_paths
-from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.state import PointSet, body_paths
 from plantigrade.models import Human
 from plantigrade.models.anatomy import SPINE_PLANE
 from plantigrade.models.landmarks import attachments

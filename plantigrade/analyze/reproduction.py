@@ -17,7 +17,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import contact_sites
 from plantigrade.errors import ReproduceError
-from plantigrade.kinematics.foot_flat import MID_STANCE, foot_flat_time
+from plantigrade.kinematics.contacts import MID_STANCE, foot_flat_time
 from plantigrade.kinematics.sole_paths import SitePoints, SolePaths
 from plantigrade.kinematics.state import sweep
 from plantigrade.kinematics.trajectory import Trajectory

@@ -4,13 +4,11 @@ Colours are CSS variables with a fallback, so a drawing also stands alone. Nothi
 and no plotting library is loaded: a report of forty plots takes milliseconds.
 """
 
-from plantigrade.charts.bars import bar_plot, timeline_plot
+from plantigrade.charts.bars import bar_plot, histogram_plot, timeline_plot
 from plantigrade.charts.figure import Figure, grid
-from plantigrade.charts.histogram import histogram_plot
-from plantigrade.charts.lines import line_plot
+from plantigrade.charts.lines import line_plot, path_plot
 from plantigrade.charts.marks import Bar, Outline, Ribbon, Series
 from plantigrade.charts.panels import Panel, panel_plot, panels_of
-from plantigrade.charts.paths import path_plot
 from plantigrade.charts.theme import STROKE_LEFT as LEFT
 from plantigrade.charts.theme import STROKE_MIDDLE as MIDDLE
 from plantigrade.charts.theme import STROKE_RIGHT as RIGHT

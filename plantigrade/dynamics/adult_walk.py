@@ -13,7 +13,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
-from plantigrade.dynamics.usual_stance import PHASE, UsualStance
+from plantigrade.dynamics.force_scales import PHASE, UsualStance
 from plantigrade.kinematics.planting import lead_pelvis
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.textbook_walk import ADULT_SPREAD, TextbookWalk, textbook_walk

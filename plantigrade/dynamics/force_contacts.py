@@ -8,11 +8,10 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.force_rows import PathPrior
-from plantigrade.dynamics.force_scales import ForceScales
+from plantigrade.dynamics.force_scales import LEAN, PHASE, ForceScales
 from plantigrade.dynamics.loading import Support, usual_length
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.required_forces import MIN_LEVEL_DIFFERENCE, RequiredForces
-from plantigrade.dynamics.usual_stance import LEAN, PHASE
 
 MAX_CONTACT_LEAN = -0.15
 """Largest median forward lean of shanks at heel strike with which they show the path [rad]. Walks

@@ -7,7 +7,7 @@ import numpy as np
 from plantigrade.exchange.bones import bone_poses, bones_of
 from plantigrade.exchange.clock import at_rate
 from plantigrade.io.bvh_writer import write_bvh
-from plantigrade.kinematics.body_paths import body_paths
+from plantigrade.kinematics.state import body_paths
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.recording import SkeletonMotion

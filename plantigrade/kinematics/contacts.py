@@ -1,14 +1,24 @@
-"""Contact intervals of each region of each foot, from gait events and sole rests."""
+"""Contact intervals of each region of each foot, from gait events and sole rests; foot flat."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
+
+import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.kinematics.sole_rests import ContactFrames
 from plantigrade.motion import GaitEvent
+from plantigrade.motion.filters import crossing
 
+DOWN_HEIGHT = 0.004
+"""Height of the forefoot above its level in midstance at foot flat [m]; 1.5° of pitch."""
+MID_STANCE = 0.15, 0.30
+"""Interval after heel strike in which the foot is flat, which defines the forefoot's level [s]."""
+MAX_TIME = 0.25  # [s] maximum time from heel strike to foot flat
+START_TOLERANCE = 0.02
+"""Maximum time from a heel strike to the start of a motion that still includes it [s]."""
 # [1] share of a stance with contact of each region if the recording does not show it; typical of
 # walks that do. (A heel that begins to rise is too slow for detection.)
 USUAL_CONTACT = {"heel": (0.0, 0.75), "ball": (0.15, 0.95), "toes": (0.15, 1.0)}
@@ -61,3 +71,35 @@ def stances(
     if own and own[-1][0] == "heel_strike":
         found.append(ContactInterval(side, "foot", own[-1][1], last, ends=False))
     return found
+
+
+def foot_flat_time(
+    time: Float[Array, " n"], forefoot: Float[Array, " n"], strikes: Iterable[float]
+) -> float:
+    """Return the mean time from heel strike to contact of ball and toes [s].
+
+    Args:
+        time: Time of each frame [s].
+        forefoot: Height of the lowest point of ball and toes [m].
+        strikes: Heel strikes of that foot [s].
+
+    Returns:
+        Mean time; NaN without a stance from heel strike to midstance, 0 for a flat landing.
+    """
+    found = []
+    for strike in strikes:
+        flat = (time >= strike + MID_STANCE[0]) & (time <= strike + MID_STANCE[1])
+        if (
+            time[0] > strike + START_TOLERANCE
+            or time[-1] < strike + MID_STANCE[1]
+            or not flat.any()
+        ):
+            continue
+        above = forefoot - float(np.median(forefoot[flat])) - DOWN_HEIGHT
+        down = np.flatnonzero((time >= strike) & (time <= strike + MAX_TIME) & (above <= 0.0))
+        if len(down):
+            k = int(down[0])
+            lands = k > 0 and above[k - 1] > 0.0
+            instant = crossing(time, above, k - 1, 0.0) if lands else float(time[k])
+            found.append(max(instant - strike, 0.0))
+    return float(np.mean(found)) if found else float("nan")

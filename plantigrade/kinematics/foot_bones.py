@@ -29,12 +29,12 @@ from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.foot_pose import MAX_TOE_BEND, SEGMENTS, FootPoser, marks
 from plantigrade.kinematics.ground_normal import hinge_angles, hinge_turn
 from plantigrade.kinematics.planting import plant_feet
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.sole_rests import ContactFrames, find_rests
+from plantigrade.kinematics.state import body_paths
 from plantigrade.models import Human
 from plantigrade.motion.recording import rate_of
 

@@ -12,9 +12,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.leg_segments import segment_of_leg
-from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.state import PointSet, body_paths
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import other_side

@@ -11,7 +11,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.body_paths import body_paths
+from plantigrade.kinematics.state import body_paths
 from plantigrade.models import Human
 from plantigrade.models.anatomy import SPINE_PLANE, hip, lumbar
 from plantigrade.models.landmarks import BONE_SPREAD, SKIN_SPREAD, Attachment, attachments

@@ -27,7 +27,7 @@ from plantigrade.kinematics.rigid_points import CROSS, RigidPoints
 from plantigrade.models import Human
 from plantigrade.motion.motion import Motion
 
-__all__ = ["PointSet", "BodyState", "integrate", "sweep"]
+__all__ = ["PointSet", "BodyState", "body_paths", "integrate", "sweep"]
 
 # Up to this number of points the engine computes everything, a microsecond each for position,
 # Jacobian and its rate; for more, products of matrices are faster.
@@ -393,3 +393,15 @@ def sweep(
         v = None if qvel is None else qvel[k]
         state = BodyState(human, qpos, v, model=model) if state is None else state.moved_to(qpos, v)
         yield state
+
+
+def body_paths(
+    human: Human, qpos: Float[Array, "n_frames nq"], bodies: Sequence[int]
+) -> tuple[Float[Array, "n_frames n_bodies 3"], Float[Array, "n_frames n_bodies 3 3"]]:
+    """Return origins [m] and rotations of bodies, world axes, in every frame of a motion."""
+    chosen = list(bodies)
+    origins = np.empty((len(qpos), len(bodies), 3))
+    rotations = np.empty((len(qpos), len(bodies), 3, 3))
+    for f, state in enumerate(sweep(human, qpos)):
+        origins[f], rotations[f] = state.origins[chosen], state.rotations[chosen]
+    return origins, rotations

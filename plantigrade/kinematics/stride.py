@@ -11,11 +11,10 @@ from scipy.spatial.distance import cdist
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.kinematics.leg_inverse import LegInverse
 from plantigrade.kinematics.sole_paths import lowest, sole_paths
-from plantigrade.kinematics.state import BodyState
+from plantigrade.kinematics.state import BodyState, body_paths
 from plantigrade.models import Human
 from plantigrade.models.mirror import mirror_sign, mirrored_name
 from plantigrade.motion import Motion

@@ -12,11 +12,10 @@ from scipy.spatial.transform import Rotation
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
-from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.kinematics.planting import plant_feet
 from plantigrade.kinematics.sole_rests import ContactFrames, point_speed
-from plantigrade.kinematics.state import PointSet
+from plantigrade.kinematics.state import PointSet, body_paths
 from plantigrade.models import Human
 from plantigrade.models.keypoints import shows_toes
 from plantigrade.models.landmarks import Attachment

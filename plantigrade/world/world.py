@@ -35,12 +35,11 @@ from plantigrade.world.contacts import Contacts
 from plantigrade.world.controller import AnyController, Rates, controller_from
 from plantigrade.world.disturbance import Disturbance
 from plantigrade.world.falls import Fall, FallWatch
-from plantigrade.world.recorder import Recorder
+from plantigrade.world.recorder import Recorder, record_of
 from plantigrade.world.simulated_world import SimulatedWorld
 from plantigrade.world.standing import standing_on
 from plantigrade.world.state import State
 from plantigrade.world.world_model import world_model
-from plantigrade.world.world_record import record_of
 
 RATE, CONTROL_RATE = Rates().physics, Rates().control
 """Default rates of the physics and of the controller [1/s]."""

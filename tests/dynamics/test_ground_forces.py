@@ -13,12 +13,11 @@ from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.force_program import ForceProgram
 from plantigrade.dynamics.force_rows import ForceLayout, PathPrior, objective
-from plantigrade.dynamics.force_scales import ForceScales
+from plantigrade.dynamics.force_scales import PHASE, ForceScales, UsualStance
 from plantigrade.dynamics.ground_forces import estimate_forces
 from plantigrade.dynamics.loading import Support, find_loading
 from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.required_forces import required_forces
-from plantigrade.dynamics.usual_stance import PHASE, UsualStance
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human

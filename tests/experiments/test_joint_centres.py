@@ -5,7 +5,7 @@ import pytest
 
 from experiments.joint_centres import CENTRES, COLUMNS, centre_rows
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.body_paths import body_paths
+from plantigrade.kinematics.state import body_paths
 from tests.analyze.plated_walk import analyse, plated_walk
 
 

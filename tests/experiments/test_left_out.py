@@ -3,7 +3,7 @@
 import numpy as np
 
 from experiments.left_out import CURVES, Measured, measured, settled
-from plantigrade.dynamics.usual_stance import PHASE, UsualStance
+from plantigrade.dynamics.force_scales import PHASE, UsualStance
 from tests.analyze.plated_walk import analyse, plated_walk
 
 NOTHING = (np.empty(0), np.empty(0))

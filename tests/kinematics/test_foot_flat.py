@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from plantigrade.kinematics.foot_flat import DOWN_HEIGHT, foot_flat_time
+from plantigrade.kinematics.contacts import DOWN_HEIGHT, foot_flat_time
 
 TIME = np.arange(0.0, 1.0, 0.01)
 SPEED = 0.5  # of the falling forefoot [m/s]

@@ -7,11 +7,10 @@ import pytest
 
 from plantigrade.constants import GRAVITY
 from plantigrade.errors import ParameterError
-from plantigrade.kinematics.body_paths import body_paths
 from plantigrade.kinematics.leg_inverse import ANKLE, HIP, KNEE
 from plantigrade.kinematics.posture import leans
 from plantigrade.kinematics.sole_paths import sole_paths
-from plantigrade.kinematics.state import BodyState
+from plantigrade.kinematics.state import BodyState, body_paths
 from plantigrade.kinematics.stride import off_the_belt, stride_of
 from plantigrade.kinematics.textbook_walk import textbook_walk
 from plantigrade.models import Human

@@ -17,9 +17,12 @@ from plantigrade.trajopt.free_times import (
     unit_of_cost,
 )
 from plantigrade.trajopt.tasks.free_time import FreeTime
-from plantigrade.trajopt.tasks.gait_parameters import gait_parameters
+from plantigrade.trajopt.tasks.gait_parameters import (
+    free_walking_times,
+    gait_parameters,
+    with_walking_times,
+)
 from plantigrade.trajopt.tasks.walking import periodic_walk
-from plantigrade.trajopt.tasks.walking_times import free_walking_times, with_walking_times
 from tests.trajopt import coarse_walk
 
 EXACT = 1e-6  # [1] error of the optimality conditions at which costs may be differenced

@@ -13,7 +13,7 @@ from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.ground_forces import estimate_forces
 from plantigrade.dynamics.loading import EARLY_LOAD
 from plantigrade.errors import ParameterError, ReproduceError
-from plantigrade.kinematics.foot_flat import foot_flat_time
+from plantigrade.kinematics.contacts import foot_flat_time
 from plantigrade.kinematics.sole_paths import lowest
 from plantigrade.kinematics.sole_paths import sole_paths as contact_points
 from plantigrade.kinematics.textbook_recording import textbook_walk

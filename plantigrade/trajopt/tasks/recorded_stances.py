@@ -12,8 +12,7 @@ from plantigrade.contact.intervals import ContactInterval, grouped
 from plantigrade.contact.plan import Footprint, Stance
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.loading import EARLY_LOAD
-from plantigrade.kinematics.contacts import foot_contacts
-from plantigrade.kinematics.foot_flat import foot_flat_time
+from plantigrade.kinematics.contacts import foot_contacts, foot_flat_time
 from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
 from plantigrade.kinematics.sole_rests import find_rests
 from plantigrade.kinematics.state import PointSet, sweep
@@ -32,7 +31,7 @@ TOE_ROLL_TIME = 0.015
 Toes fixed until 15 ms after it rotated the ankle by 5° to 10° too much (calibration half); with 20
 ms before it the error of the vertical force is .006 to .009 body weights larger than with 10."""
 REST_TIME = 0.020
-"""Time from foot flat (:func:`~plantigrade.kinematics.foot_flat.foot_flat_time`, 4 mm above the
+"""Time from foot flat (:func:`~plantigrade.kinematics.contacts.foot_flat_time`, 4 mm above the
 level of midstance) to rest of the forefoot [s]. A rigid foot that is at rest when the recorded one
 is only that near was flat 23 ms earlier than it; with 20 ms it is on average 2 ms (calibration
 half)."""

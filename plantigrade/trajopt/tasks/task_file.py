@@ -59,9 +59,9 @@ from plantigrade.trajopt.tasks.task_reader import (
     MOTION_EXAMPLE,
     STANDING,
     TABLES,
+    TERMS,
     TaskReader,
 )
-from plantigrade.trajopt.tasks.term_names import TERMS
 from plantigrade.trajopt.tasks.toml_values import in_radians, table
 
 FOR_EVER = 1e3  # [s] later than the end of any task

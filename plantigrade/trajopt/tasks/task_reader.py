@@ -18,9 +18,34 @@ from plantigrade.trajopt.tasks.free_time import FreeTime, TimeUse
 from plantigrade.trajopt.tasks.impairments import Impairments
 from plantigrade.trajopt.tasks.settings import TASKS
 from plantigrade.trajopt.tasks.task import BASES
-from plantigrade.trajopt.tasks.term_names import RENAMED, TERMS
 from plantigrade.trajopt.tasks.toml_values import as_field, in_radians, is_number
+from plantigrade.trajopt.terms import (
+    contact,
+    device,
+    effort,
+    external,
+    impairment,
+    limits,
+    momentum,
+    posture,
+    solid,
+    targets,
+)
+from plantigrade.trajopt.terms.term import Term
 
+_KINDS: tuple[type[Term], ...] = (
+    *(contact.Dynamics, contact.Contact, contact.Above, contact.Clearance, contact.Forces),
+    *(limits.Limits, limits.Within, limits.PowerLimit),
+    *(impairment.Weakness, impairment.Brace, external.Wrench, external.Hold, device.Device),
+    *(effort.Torque, effort.Work, effort.AnklePower, effort.Acceleration, effort.Jerk),
+    *(posture.Pose, posture.Rest, posture.Quiet, posture.Posture, posture.LumbopelvicRhythm),
+    *(posture.Upright, posture.Facing, posture.Symmetry, targets.Reach, targets.CentreOfMass),
+    *(momentum.AngularMomentum, solid.SolidLimbs, effort.Endurance),
+)
+TERMS = {re.sub(r"\B([A-Z])", r"-\1", kind.__name__).lower(): kind for kind in _KINDS}
+"""Name of a term in a file → its class, whose fields are the keys."""
+
+RENAMED = {"head-stability": "upright"}  #: Former name of a term → today's
 STANDING = "standing"  #: The task that a file starts from if it names none
 MAX_FRICTION = 2.0  # [1] maximum coefficient of friction of a support; rubber on dry stone has 1
 _TASK = ("name", "base", "without", "gravity", "nodes_per_second", "basis")
