@@ -30,7 +30,7 @@ from plantigrade.analyze.plate_forces import (
     on_feet,
     required_lift,
 )
-from plantigrade.analyze.standing_feet import sole_notes, standing_soles
+from plantigrade.analyze.standing_soles import sole_notes, standing_soles
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Seat

@@ -146,7 +146,9 @@ class WholeBody:
                 dynamics, *cost(tasks, desired, weight), wrenches(points, edges), torques
             )
         except np.linalg.LinAlgError:
-            return self._none(k, "tasks leave accelerations open: weights must be positive")
+            n, nothing = len(self.low), (np.zeros((k, 3)), np.zeros((k, N_EDGES)))
+            why = "tasks leave accelerations open: weights must be positive"
+            return Answer(np.zeros(n + 6), np.zeros(n), *nothing, why)
         own = np.repeat(_each(force_weight, k), N_EDGES)
         q = reduced.q @ reduced.K
         if force is not None:
@@ -165,10 +167,6 @@ class WholeBody:
         along = np.matmul(force[:, None], edges / self.unit)[:, 0] - push
         even = push / N_EDGES + along / (0.5 * N_EDGES * max(touching.friction, 1e-6) ** 2)
         return np.maximum(even, 0.0) / self.unit
-
-    def _none(self, k: int, why: str) -> Answer:
-        n, zero = len(self.low), np.zeros((k, 3))
-        return Answer(np.zeros(n + 6), np.zeros(n), zero, np.zeros((k, N_EDGES)), why)
 
 
 def _each(value: float | Array | None, n: int) -> Float[Array, " n"]:

@@ -36,7 +36,6 @@ def world_model(
     step: float,
     sites: Sequence[ContactSite] = (),
     additions: Sequence[Callable[[mujoco.MjSpec], None]] = (),
-    sole: SoleSettings | None = None,
 ) -> mujoco.MjModel:
     """Return the MuJoCo model of a person on a ground.
 
@@ -45,7 +44,6 @@ def world_model(
     Args:
         step: Time step [s].
         additions: Functions that add bodies to a specification.
-        sole: How soles yield.
     """
     spec = read_mjcf(mujoco.MjSpec.from_string, scene_xml(human, ground, sites))
     for geom in spec.geoms:
@@ -64,7 +62,7 @@ def world_model(
     if model.nv > own:  # heavy bodies must not scale the solver's tolerance
         model.stat.meaninertia = float(np.mean(model.dof_M0[:own]))
     model.opt.timestep = step
-    sole = sole or SoleSettings()
+    sole = SoleSettings()
     soften_soles(model, human, sole)
     for seat in ground.seats:
         if seat.stiffness is not None:

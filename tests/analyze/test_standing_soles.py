@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from plantigrade.analyze.standing_feet import sole_notes, standing_soles
+from plantigrade.analyze.standing_soles import sole_notes, standing_soles
 from plantigrade.kinematics.fitted_soles import height_figures
 from plantigrade.kinematics.result import Fit
 from plantigrade.models import Human

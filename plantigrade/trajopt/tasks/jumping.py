@@ -58,7 +58,7 @@ def jump(human: Human, parameters: JumpSettings) -> MotionTask:
     most, what = 0.5 * human.height, f"a jump of a person of {human.height:.2f} m"
     number("distance", distance, -most, most, "m", what)
     depth = _depth(human, parameters)
-    check_push(human, height, depth + TAKE_OFF_RISE * human.height, "a jump")
+    check_push(human, height, depth + TAKE_OFF_RISE * human.height)
     speed = float(np.sqrt(2 * human.gravity * height))
     down = push + 2 * speed / human.gravity
     duration = down + parameters.landing

@@ -50,13 +50,12 @@ MAX_TIME_STEP = 0.05  # [s] maximum time step of the linear program
 Rests = tuple[tuple[float, float, float], tuple[float, float, float]]
 
 
-def check_push(human: Human, height: float, stroke: float, what: str) -> None:
+def check_push(human: Human, height: float, stroke: float) -> None:
     """Refuse a jump that requires more power than people have.
 
     Args:
         height: How far the centre of mass rises after take-off [m].
         stroke: How far it rises before [m].
-        what: The requested motion, in words.
     """
     g = human.gravity
     power = push_power(height, stroke, g)
@@ -69,7 +68,7 @@ def check_push(human: Human, height: float, stroke: float, what: str) -> None:
             (middle, high) if push_power(middle, stroke, g) <= MAX_PUSH_POWER else (low, middle)
         )
     raise ParameterError(
-        f"{what} of {height:.2f} m from a push of {stroke:.2f} m takes {power:.0f} W/kg on "
+        f"a jump of {height:.2f} m from a push of {stroke:.2f} m takes {power:.0f} W/kg on "
         f"average, nobody has more than {MAX_PUSH_POWER:.0f}: jump at most {low:.2f} m "
         "high, or with more depth"
     )
