@@ -1,6 +1,7 @@
 """Bar charts, timelines and histograms."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -146,7 +147,7 @@ def histogram_plot(values: Float[Array, " n"], *, title: str, x_label: str) -> s
     return "".join(parts) + "</svg>"
 
 
-def _marked(ticks: Iterable[float], px: Callable[[float], float], bottom: float) -> Iterator[str]:
+def _marked(ticks: Iterable[float], px: Callable[..., Any], bottom: float) -> Iterator[str]:
     """Yield the ticks of a horizontal axis with their numbers."""
     for tick in ticks:
         at = float(px(tick))

@@ -18,9 +18,15 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import CoordinateNotFound, FileError, ParameterError, known_names
 from plantigrade.io.osim import OsimCoordinate, OsimJoint, OsimModel, parse_osim
-from plantigrade.io.osim_root import check_root, root_coordinates, root_pose
 from plantigrade.io.osim_shapes import foot_spheres, solids_of
-from plantigrade.io.osim_tree import Driven, OsimLink, links_of
+from plantigrade.io.osim_tree import (
+    Driven,
+    OsimLink,
+    check_root,
+    links_of,
+    root_coordinates,
+    root_pose,
+)
 from plantigrade.models import Human
 from plantigrade.models.anthropometry import dimensions
 from plantigrade.models.landmarks import Attachment
