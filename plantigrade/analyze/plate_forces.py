@@ -2,10 +2,11 @@
 
 Plates time gait events and weigh the person.
 
-**Tilt** against the vertical of the motion: over a whole stride the mean horizontal force on a walker is the mass times the change of velocity
-over the stride's duration, which in steady walking is about zero. A mean that the motion does not
-have is a share of the weight in the horizontal axes: the plates, or the belts of a treadmill, are
-not level with the cameras, or the vertical force leaks into the horizontal channels.
+**Tilt** against the vertical of the motion: over a whole stride the mean horizontal force on a
+walker is the mass times the change of velocity over the stride's duration, which in steady walking
+is about zero. A mean that the motion does not have is a share of the weight in the horizontal axes:
+the plates, or the belts of a treadmill, are not level with the cameras, or the vertical force leaks
+into the horizontal channels.
 """
 
 from dataclasses import dataclass, replace

@@ -1,10 +1,10 @@
 r"""Markers of the legs that sit elsewhere on one side than on the other, or off both knees' axes.
 
-**Sides.** Where a marker sits on a segment is found from the recording itself, so that one that is centimetres
-off leaves no error. What shows it are two distances that it changes in opposite ways, on this side
-and not on the other: a knee marker that is low makes a long thigh and a short shank, a heel marker
-that is high comes nearer to the ankle and rises above the toes. A leg that is longer than the other
-changes one of them alone, or both alike.
+**Sides.** Where a marker sits on a segment is found from the recording itself, so that one that is
+centimetres off leaves no error. What shows it are two distances that it changes in opposite ways,
+on this side and not on the other: a knee marker that is low makes a long thigh and a short shank, a
+heel marker that is high comes nearer to the ankle and rises above the toes. A leg that is longer
+than the other changes one of them alone, or both alike.
 
 **Knees.** A low knee marker also lies below the point about which the shank turns, to which its
 markers keep their distances (:func:`plantigrade.kinematics.joint_distances.joint_centre`). Either
