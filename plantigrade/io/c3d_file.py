@@ -82,21 +82,18 @@ class C3dFile(Parameters):
 
     Attributes:
         groups: As in :class:`Parameters`.
-        first_frame: Number of the first frame, from 1.
-        rate: Frames per second [Hz].
-        points: Positions in the file's unit; NaN where the file marks a point as missing.
-        residuals: Reconstruction residual in the file's unit, -1 where missing.
-        analog: Samples, scaled to the units of ANALOG:UNITS, one channel per column.
-        analog_rate: Samples per second [Hz]; 0 without analog channels.
-        header_events: Label and time [s] of the events of the header (older files).
     """
 
-    first_frame: int
-    rate: float
+    first_frame: int  #: Number of the first frame, from 1
+    rate: float  #: Frames per second [Hz]
+    #: Positions in the file's unit; NaN where the file marks a point as missing
     points: Float[Array, "n_frames n_points 3"]
+    #: Reconstruction residual in the file's unit, -1 where missing
     residuals: Float[Array, "n_frames n_points"]
+    #: Samples, scaled to the units of ANALOG:UNITS, one channel per column
     analog: Float[Array, "n_samples n_channels"]
-    analog_rate: float
+    analog_rate: float  #: Samples per second [Hz]; 0 without analog channels
+    #: Label and time [s] of the events of the header (older files)
     header_events: tuple[tuple[str, float], ...]
 
 

@@ -36,16 +36,11 @@ MAX_FREE_SHARE = 0.35
 
 @dataclass(frozen=True)
 class MomentReference:
-    """Reference point of the torques of a file.
+    """Reference point of the torques of a file."""
 
-    Attributes:
-        sign: 1 for torques on the body, -1 for those on the plate.
-        point: Fixed reference point, in the file's axes [m].
-        parts: 1 for each component in the file, 0 for those that are zero in it.
-    """
-
-    sign: float
-    point: Float[Array, " 3"]
+    sign: float  #: 1 for torques on the body, -1 for those on the plate
+    point: Float[Array, " 3"]  #: Fixed reference point, in the file's axes [m]
+    #: 1 for each component in the file, 0 for those that are zero in it
     parts: Float[Array, " 3"] = field(default_factory=lambda: np.ones(3))
 
     def about(

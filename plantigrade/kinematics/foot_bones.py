@@ -57,20 +57,15 @@ _STANDING_QUANTILE = 0.25
 
 @dataclass(frozen=True)
 class FootBoneMotion:
-    """A foot over a motion.
+    """A foot over a motion."""
 
-    Attributes:
-        rotation: Rotation from the foot to the world.
-        angles: Angles of the hinges within the foot, in the order of
-            :attr:`FootPoser.coordinates` [rad].
-        pressing: Loaded parts: :data:`NONE`, :data:`EDGE`, :data:`FLAT`, :data:`TOES`,
-            :data:`TIPS`, :data:`LEAVING`.
-        shift: Shift of an ankle out of reach of the loaded parts, along the ground's normal [m].
-    """
-
-    rotation: Float[Array, "n_frames 3 3"]
+    rotation: Float[Array, "n_frames 3 3"]  #: Rotation from the foot to the world
+    #: Angles of the hinges within the foot, in the order of :attr:`FootPoser.coordinates` [rad]
     angles: Float[Array, "n_frames 12"]
+    #: Loaded parts: :data:`NONE`, :data:`EDGE`, :data:`FLAT`, :data:`TOES`, :data:`TIPS`,
+    #: :data:`LEAVING`
     pressing: np.ndarray
+    #: Shift of an ankle out of reach of the loaded parts, along the ground's normal [m]
     shift: Float[Array, " n_frames"]
 
 

@@ -23,19 +23,15 @@ ON_LOAD = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Landing:
-    """Ground reaction in the last decision, one row per world.
+    """Ground reaction in the last decision, one row per world."""
 
-    Attributes:
-        peak: Maximum of the vertical force of both feet, low-passed at 20 Hz [body weights].
-        trough: Its minimum [body weights].
-        loads: Vertical force of the right and the left foot at the end [body weights].
-        speed: Downward speed of an ankle before its foot met the ground, the greater one of two;
-            zero without a touchdown [m/s].
-    """
-
+    #: Maximum of the vertical force of both feet, low-passed at 20 Hz [body weights]
     peak: Float[Array, " n"]
-    trough: Float[Array, " n"]
+    trough: Float[Array, " n"]  #: Its minimum [body weights]
+    #: Vertical force of the right and the left foot at the end [body weights]
     loads: Float[Array, "n 2"]
+    #: Downward speed of an ankle before its foot met the ground, the greater one of two; zero
+    #: without a touchdown [m/s]
     speed: Float[Array, " n"]
 
 

@@ -17,21 +17,14 @@ class RecordedWrench(Disturbance):
 
     It acts at the same point of the body as in the record, in world axes, at the same time; after
     the last frame it keeps its last value, or begins again if the motion is periodic.
-
-    Attributes:
-        site: Point of the body.
-        times: Times of the frames, from zero on [s].
-        force: Force [N].
-        moment: Free moment [N m].
-        period: Period of the motion [s]; infinite if it has none.
     """
 
     interval = 0.01  # [s], within which forces of tasks change by a few newtons
-    site: ContactSite
-    times: Float[Array, " n"]
-    force: Float[Array, "n 3"]
-    moment: Float[Array, "n 3"]
-    period: float = np.inf
+    site: ContactSite  #: Point of the body
+    times: Float[Array, " n"]  #: Times of the frames, from zero on [s]
+    force: Float[Array, "n 3"]  #: Force [N]
+    moment: Float[Array, "n 3"]  #: Free moment [N m]
+    period: float = np.inf  #: Period of the motion [s]; infinite if it has none
 
     def act(self, world: SimulatedWorld) -> None:
         """Apply the wrench of this instant."""
