@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 from plantigrade.errors import FileError, ParameterError, PlantigradeError
 from plantigrade.io import format_of, read
 from plantigrade.io.skeletons import tree_kinematics
-from plantigrade.io.smpl import PELVIS_TILT, read_smpl
-from plantigrade.io.smpl_legs import leg_factors
+from plantigrade.io.smpl import PELVIS_TILT, leg_factors, read_smpl
 from plantigrade.io.smpl_tree import NAMES, PARENTS, mean_offsets
 from plantigrade.kinematics.coordinate_fit import fit_coordinates
 from plantigrade.kinematics.retarget import fit_skeleton
