@@ -178,10 +178,7 @@ def _given_plates(fit: Fit, withheld: bool, notes: list[str]) -> tuple[ForcePlat
 
 
 def _cutoff(
-    fit: Fit,
-    cutoff: float | Literal["usual"] | None,
-    events: Sequence[GaitEvent],
-    notes: list[str],
+    fit: Fit, cutoff: float | Literal["usual"] | None, events: Sequence[GaitEvent], notes: list[str]
 ) -> float | None:
     """Return the low-pass of an analysis [Hz]; None for no filter."""
     if cutoff == "usual":

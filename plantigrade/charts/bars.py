@@ -76,10 +76,7 @@ def bar_plot(
 
 
 def timeline_plot(
-    rows: Sequence[tuple[str, Sequence[Bar]]],
-    *,
-    title: str = "",
-    marks: Sequence[float] = (),
+    rows: Sequence[tuple[str, Sequence[Bar]]], *, title: str = "", marks: Sequence[float] = ()
 ) -> str:
     """Return a timeline: rows of bars over one axis of time, with vertical lines at ``marks`` [s].
 

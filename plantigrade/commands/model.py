@@ -15,11 +15,7 @@ if TYPE_CHECKING:
     from plantigrade.models import Human
     from plantigrade.models.landmarks import Attachment
 
-Lengths = Annotated[
-    tuple[str, ...],
-    optional("NAME=METRES"),
-    tyro.conf.UseAppendAction,
-]
+Lengths = Annotated[tuple[str, ...], optional("NAME=METRES"), tyro.conf.UseAppendAction]
 Stiffness = Annotated[float | None, optional("N/M")]
 STIFFNESS_RANGE = (1e3, 1e7, "N/m")  # From soft rubber to concrete under a sphere of a sole
 SetOrFile = Annotated[str | None, optional("NAME|FILE.toml")]

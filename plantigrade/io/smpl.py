@@ -61,14 +61,7 @@ from plantigrade.io.smpl_layouts import (
     rate_of_file,
     sex_of,
 )
-from plantigrade.io.smpl_tree import (
-    MEAN_STATURE,
-    NAMES,
-    PARENTS,
-    ROOT,
-    mean_offsets,
-    model_offsets,
-)
+from plantigrade.io.smpl_tree import MEAN_STATURE, NAMES, PARENTS, ROOT, mean_offsets, model_offsets
 from plantigrade.motion.filters import runs
 from plantigrade.motion.recording import Recording, SkeletonMotion, Subject
 from plantigrade.notes import Info

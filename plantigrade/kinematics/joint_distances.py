@@ -74,9 +74,7 @@ class SegmentPoses:
         )
 
 
-def joint_centre(
-    p: Float[Array, "n_frames n_markers 3"],
-) -> tuple[Float[Array, " 3"], float]:
+def joint_centre(p: Float[Array, "n_frames n_markers 3"]) -> tuple[Float[Array, " 3"], float]:
     """Return the point to which all markers keep their distances, and the error left [m]."""
     n = p.shape[1]
     length = np.sqrt(np.nanmean((p**2).sum(axis=2), axis=0))

@@ -54,10 +54,7 @@ MAX_PENETRATION = 0.08  # [m] penetration of feet before planting that is report
 
 
 def fit_skeleton(
-    recording: Recording,
-    person: Person | None = None,
-    *,
-    names: Mapping[str, str] | None = None,
+    recording: Recording, person: Person | None = None, *, names: Mapping[str, str] | None = None
 ) -> Fit:
     """Put the motion of another skeleton on a person with its lengths.
 
@@ -210,10 +207,7 @@ def _on_person(
 
 
 def _add_ground_notes(
-    notes: list[str],
-    rise: Float[Array, " n"],
-    soles: SolePaths | None,
-    way: Float[Array, "n 3"],
+    notes: list[str], rise: Float[Array, " n"], soles: SolePaths | None, way: Float[Array, "n 3"]
 ) -> None:
     """Add notes on shift, slope and motion of the ground, and on soles that were below it."""
     middle = float(np.median(rise))

@@ -71,10 +71,7 @@ MOVES = (
 
 
 def side_notes(
-    markers: Markers,
-    landmarks: Mapping[str, str],
-    human: Human,
-    qpos: Float[Array, "n_frames nq"],
+    markers: Markers, landmarks: Mapping[str, str], human: Human, qpos: Float[Array, "n_frames nq"]
 ) -> list[str]:
     """Return a sentence for each marker of knee, ankle and heel that the other side contradicts.
 

@@ -75,9 +75,7 @@ def spine_notes(
 
 
 def tilt_notes(
-    human: Human,
-    qpos: Float[Array, "n_frames nq"],
-    standing: Float[Array, "n_standing nq"],
+    human: Human, qpos: Float[Array, "n_frames nq"], standing: Float[Array, "n_standing nq"]
 ) -> list[str]:
     """Return a sentence where the pelvis is tilted against standing and the trunk is not.
 

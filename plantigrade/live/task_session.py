@@ -70,10 +70,7 @@ class TaskSession:
     """
 
     def __init__(
-        self,
-        controls: Sequence[Control],
-        solve: Solve,
-        now: Callable[[], float] = time.monotonic,
+        self, controls: Sequence[Control], solve: Solve, now: Callable[[], float] = time.monotonic
     ):
         self.controls = {control.name: control for control in controls}
         self.shown: Solved | None = None

@@ -55,9 +55,7 @@ class Loop:
 
 
 def find_loop(
-    human: Human,
-    time: Float[Array, " n_frames"],
-    qpos: Float[Array, "n_frames nq"],
+    human: Human, time: Float[Array, " n_frames"], qpos: Float[Array, "n_frames nq"]
 ) -> Loop | None:
     """Return the closure of an evenly sampled motion; None if it does not close or stands still."""
     n, s = len(time), LoopSettings()

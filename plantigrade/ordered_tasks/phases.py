@@ -48,9 +48,7 @@ class Phase:
         return self.stop - self.start
 
 
-def ordered_events(
-    events: Sequence[GaitEvent],
-) -> tuple[tuple[GaitEvent, ...], int]:
+def ordered_events(events: Sequence[GaitEvent]) -> tuple[tuple[GaitEvent, ...], int]:
     """Return the events with uncertain double supports corrected, and the number of corrections.
 
     In a jerky recording the toe-off can appear to precede the other foot's heel strike. In a walk,

@@ -78,10 +78,7 @@ class ReproducedGait:
 
 
 def rebuild(
-    reference: GaitReference,
-    tasks: GaitTasks | None = None,
-    *,
-    forces: bool = False,
+    reference: GaitReference, tasks: GaitTasks | None = None, *, forces: bool = False
 ) -> ReproducedGait:
     """Reproduce a recorded gait from prioritised tasks.
 

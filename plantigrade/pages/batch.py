@@ -135,17 +135,9 @@ FITS = BatchKind(
         "SD are over recordings: give one per person."
     ),
 )
-MOTIONS = BatchKind(
-    title="Synthesised motions",
-    noun="motion",
-    done="synthesised",
-    table="motions",
-)
+MOTIONS = BatchKind(title="Synthesised motions", noun="motion", done="synthesised", table="motions")
 REPRODUCED = BatchKind(
-    title="Reproduced gaits",
-    noun="recording",
-    done="reproduced",
-    table="reproduced gaits",
+    title="Reproduced gaits", noun="recording", done="reproduced", table="reproduced gaits"
 )
 
 
@@ -197,10 +189,7 @@ class _Simulations(BatchKind):
 
 
 SIMULATIONS = _Simulations(
-    title="Batch of simulations",
-    noun="simulation",
-    done="simulated",
-    table="simulations",
+    title="Batch of simulations", noun="simulation", done="simulated", table="simulations"
 )
 
 
@@ -314,11 +303,7 @@ def _mean_curves(store: BatchFolder) -> list[Section]:
     for _, curves in store.curve_means():
         for name, curve in curves.items():
             mine = sums.setdefault(name, [0, 0.0, 0.0, curve.unit])
-            mine[0], mine[1], mine[2] = (
-                mine[0] + 1,
-                mine[1] + curve.mean,
-                mine[2] + curve.mean**2,
-            )
+            mine[0], mine[1], mine[2] = (mine[0] + 1, mine[1] + curve.mean, mine[2] + curve.mean**2)
     order = [*ANGLES, *(f"{name}_moment" for name in LOADED_JOINTS)]
     order += ["ground_force_up", "ground_force_forward"]
     figures, most = [], 0

@@ -25,11 +25,7 @@ SKIN_OPACITY = 0.26  # Opacity of the skin before bones [1]: both can be seen. C
 CONTACT_DOT = 0.006  # Diameter of the dot at a contact point [m]. Chosen.
 
 
-def bone_layers(
-    figure: SkinFigure,
-    side: str,
-    shot: Shot,
-) -> list[str]:
+def bone_layers(figure: SkinFigure, side: str, shot: Shot) -> list[str]:
     """Return the bones of a foot, the far ones first; none where the foot has no bones.
 
     Args:
@@ -55,11 +51,7 @@ def bone_layers(
     return [markup for _, markup in sorted(layers, key=lambda layer: layer[0])]
 
 
-def veil(
-    figure: SkinFigure,
-    side: str,
-    shot: Shot,
-) -> str:
+def veil(figure: SkinFigure, side: str, shot: Shot) -> str:
     """Return the skin of a foot and its shank, seen through; arguments as of bones."""
     defined, rims, fills = [], [], []
     for part in PARTS:
@@ -80,11 +72,7 @@ def veil(
     )
 
 
-def contact_dots(
-    figure: SkinFigure,
-    side: str,
-    shot: Shot,
-) -> str:
+def contact_dots(figure: SkinFigure, side: str, shot: Shot) -> str:
     """Return a dot at the lowest point of each contact sphere of a foot; arguments as of bones."""
     dots = []
     for body in figure.human.skeleton.bodies:

@@ -81,11 +81,7 @@ def figure_layers(
     return _layers(list(groups.values()), figure, shot, RIM_WIDTH, colour)
 
 
-def foot_layers(
-    figure: BodyFigure,
-    side: str,
-    shot: Shot,
-) -> tuple[list[str], int]:
+def foot_layers(figure: BodyFigure, side: str, shot: Shot) -> tuple[list[str], int]:
     """Return the layers of a foot with the shank above it, and the number of its bones."""
     bones = figure.bones(side)
     roots = {int(figure.model.body_parentid[bone.body]) for bone in bones}

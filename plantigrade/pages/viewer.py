@@ -96,10 +96,7 @@ def viewer_html(
 
 
 def motion_data(
-    record: Record,
-    scene: Scene,
-    coordinates: tuple[str, ...] = (),
-    forces: Record | None = None,
+    record: Record, scene: Scene, coordinates: tuple[str, ...] = (), forces: Record | None = None
 ) -> dict[str, Any]:
     """Return the data of the page that change with the motion; see :func:`viewer_html`."""
     panels = panels_of(curves_of(record.motion, coordinates or record.motion.joint_names[1:]))

@@ -250,11 +250,7 @@ class _Stages:
     """Runs solvers and keeps a record of the stages."""
 
     def __init__(
-        self,
-        body: ContactBody,
-        task: MotionTask,
-        options: Options,
-        progress: Progress | None,
+        self, body: ContactBody, task: MotionTask, options: Options, progress: Progress | None
     ):
         self.body, self.task, self._options, self._progress = body, task, options, progress
         self._stages: list[Stage] = []

@@ -113,10 +113,7 @@ class ReducedDynamics:
 
 
 def reduced_dynamics(
-    state: BodyState,
-    points: SitePoints,
-    touching: np.ndarray,
-    edges: Float[Array, "3 n_edges"],
+    state: BodyState, points: SitePoints, touching: np.ndarray, edges: Float[Array, "3 n_edges"]
 ) -> ReducedDynamics:
     """Return the equations of motion at a state.
 

@@ -149,8 +149,7 @@ class Batch(Iterable[ItemResult]):
         """Warn of a batch whose results were never requested: it was not computed."""
         if not getattr(self, "_begun", True):
             warnings.warn(
-                "a batch was made but not computed: iterate over it, or call finish()",
-                stacklevel=2,
+                "a batch was made but not computed: iterate over it, or call finish()", stacklevel=2
             )
 
     @property

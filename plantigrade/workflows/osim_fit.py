@@ -60,9 +60,7 @@ def fit_own_model(recording: Recording, how: FitSettings, *, command: str = "") 
         status=verdict(None if error is None else 1e-3 * error, "marker"),
         figures=figures,
         provenance=Provenance(
-            command,
-            how.plain(),
-            source_files([recording.source, model, *recording.companions]),
+            command, how.plain(), source_files([recording.source, model, *recording.companions])
         ),
         seconds={"fit": time.perf_counter() - began},
         name=f"fit-{recording.source.stem}",

@@ -196,11 +196,7 @@ class GaitStudy:
 
 
 def study_files(
-    found: GaitStudy,
-    files: Sequence[Path],
-    status: str,
-    settings: ReproduceSettings,
-    command: str,
+    found: GaitStudy, files: Sequence[Path], status: str, settings: ReproduceSettings, command: str
 ) -> dict[str, str]:
     """Return page and table of a study by name; ``settings`` are those of all gaits."""
     provenance = {

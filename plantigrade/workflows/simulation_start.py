@@ -39,11 +39,7 @@ from plantigrade.workflows.settings import OF_RECORDINGS
 from plantigrade.workflows.simulate_settings import SimulateSettings
 from plantigrade.workflows.steps import Step
 from plantigrade.workflows.styles import styles_of
-from plantigrade.world import (
-    Controller,
-    on_ground,
-    standing_on,
-)
+from plantigrade.world import Controller, on_ground, standing_on
 from plantigrade.world.recorded_wrench import recorded_wrenches
 
 MAX_START_DEPTH = 0.3  # Largest depth of the feet below the ground at the start [m]. Chosen.
@@ -76,11 +72,7 @@ class Start:
 
 
 def start_of(
-    source: Any,
-    how: SimulateSettings,
-    step: Step,
-    command: str,
-    own: Controller | None = None,
+    source: Any, how: SimulateSettings, step: Step, command: str, own: Controller | None = None
 ) -> Start:
     """Return the start from a recording, a run or its folder; standing without one.
 

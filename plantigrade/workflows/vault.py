@@ -101,11 +101,7 @@ def run_vault(
     if how.sensitivity:
         with step("changing the approach") as reached:
             changes = sensitivity(
-                gymnast,
-                every[0],
-                max_activation=how.activation,
-                parallel=parallel,
-                reached=reached,
+                gymnast, every[0], max_activation=how.activation, parallel=parallel, reached=reached
             )
     seconds = clock.perf_counter() - began
     with step("recording and checking"):

@@ -83,10 +83,7 @@ class Interpolated:
 
 
 def kneeling(
-    body: ContactBody,
-    plan: ContactPlan,
-    times: Float[Array, " n"],
-    q: Float[Array, "n nv"],
+    body: ContactBody, plan: ContactPlan, times: Float[Array, " n"], q: Float[Array, "n nv"]
 ) -> Float[Array, "n nv"]:
     """Return postures with bent legs where they kneel, the hips above the mean of the knees."""
     q, human, names = q.copy(), body.human, body.symbolic.names
@@ -110,10 +107,7 @@ def kneeling(
 
 
 def resting(
-    body: ContactBody,
-    plan: ContactPlan,
-    times: Float[Array, " n"],
-    q: Float[Array, "n nv"],
+    body: ContactBody, plan: ContactPlan, times: Float[Array, " n"], q: Float[Array, "n nv"]
 ) -> Float[Array, "n nv"]:
     """Return the postures nearest to some whose sites are where the plan has them at times [s]."""
     n, nv, names = len(times), body.symbolic.nv, body.symbolic.names

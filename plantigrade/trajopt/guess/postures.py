@@ -184,11 +184,7 @@ class KeyPostures:
 
 
 def level_foot(
-    human: Human,
-    stances: Sequence[Stance],
-    side: str,
-    times: Float[Array, " n_times"],
-    lift: float,
+    human: Human, stances: Sequence[Stance], side: str, times: Float[Array, " n_times"], lift: float
 ) -> tuple[Float[Array, "n_times 3"], Float[Array, " n_times"]]:
     """Return ankle [m] and heading [rad] of a foot that stays level from footprint to footprint."""
     stances = foot_stances(stances, side)

@@ -25,9 +25,7 @@ ANKLE_ROUNDING = 0.02
 
 
 def dynamics(
-    body: ContactBody,
-    n_nodes: int,
-    parameters: Float[Array, "n_nodes n_parameters"] | None = None,
+    body: ContactBody, n_nodes: int, parameters: Float[Array, "n_nodes n_parameters"] | None = None
 ) -> ConstraintFamily:
     r"""Return the equations of motion, with what acts from outside at nodes as parameters.
 

@@ -126,10 +126,7 @@ class External:
         return found
 
     def torque_at(
-        self,
-        names: Sequence[str],
-        times: Float[Array, " n"],
-        angles: Float[Array, "n n_hinges"],
+        self, names: Sequence[str], times: Float[Array, " n"], angles: Float[Array, "n n_hinges"]
     ) -> Float[Array, "n n_hinges"]:
         """Return the torque of the devices at times and angles of the hinges [N m]."""
         out, p = np.zeros(angles.shape), list(self.parameters(times).T)

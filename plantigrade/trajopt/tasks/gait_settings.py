@@ -5,13 +5,7 @@ from typing import Literal
 
 from plantigrade.bounds import number, word
 from plantigrade.errors import ParameterError
-from plantigrade.options import (
-    Cadence,
-    Degrees,
-    Flag,
-    Metres,
-    Seconds,
-)
+from plantigrade.options import Cadence, Degrees, Flag, Metres, Seconds
 from plantigrade.trajopt.tasks.task_settings import (
     MAX_WALKING_SPEED,
     MIN_WALKING_SPEED,

@@ -9,12 +9,7 @@ from typing import Any, Literal
 
 from plantigrade.bounds import number
 from plantigrade.errors import ParameterError, known_names
-from plantigrade.options import (
-    Flag,
-    Metres,
-    Seconds,
-    refuse_unknown,
-)
+from plantigrade.options import Flag, Metres, Seconds, refuse_unknown
 from plantigrade.trajopt.tasks.gait_settings import (
     HopSettings,
     RunSettings,
@@ -22,12 +17,7 @@ from plantigrade.trajopt.tasks.gait_settings import (
     WalkSettings,
     WalkSidewaysSettings,
 )
-from plantigrade.trajopt.tasks.task_settings import (
-    MAX_DURATION,
-    Side,
-    Target,
-    TaskSettings,
-)
+from plantigrade.trajopt.tasks.task_settings import MAX_DURATION, Side, Target, TaskSettings
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,13 +22,7 @@ from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.terms.contact import Contact, Dynamics, Forces
 from plantigrade.trajopt.terms.effort import Acceleration, Torque
 from plantigrade.trajopt.terms.limits import Limits
-from plantigrade.trajopt.terms.posture import (
-    LumbopelvicRhythm,
-    Pose,
-    Posture,
-    Quiet,
-    Symmetry,
-)
+from plantigrade.trajopt.terms.posture import LumbopelvicRhythm, Pose, Posture, Quiet, Symmetry
 from plantigrade.trajopt.terms.solid import SolidLimbs
 from plantigrade.trajopt.terms.term import Term
 

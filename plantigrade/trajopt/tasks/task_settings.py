@@ -4,9 +4,7 @@ from dataclasses import dataclass, fields
 from typing import Annotated, Any, ClassVar, Literal
 
 from plantigrade.bounds import Bounded, word
-from plantigrade.options import (
-    optional,
-)
+from plantigrade.options import optional
 
 Side = Literal["r", "l"]
 Heights = Annotated[tuple[float, ...] | None, optional("METRES [METRES ...]")]

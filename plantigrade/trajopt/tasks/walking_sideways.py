@@ -14,12 +14,7 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.models import Human
 from plantigrade.side_names import opposite
-from plantigrade.trajopt.guess.postures import (
-    level_foot,
-    reaching,
-    standing_feet,
-    standing_posture,
-)
+from plantigrade.trajopt.guess.postures import level_foot, reaching, standing_feet, standing_posture
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.tasks.gait_parameters import TOE_OUT, leg_length
 from plantigrade.trajopt.tasks.gait_settings import WalkSidewaysSettings

@@ -80,8 +80,4 @@ def _stance(plan: ContactPlan, side: str) -> tuple[float, float, float]:
     stride = plan.duration * (2.0 if plan.mirrored else 1.0)
     own = [s for s in plan.stances if s.footprint.side == side]
     found, later = (own[0], 0.0) if own else (plan.stances[0], plan.duration)
-    return (
-        found.heel_strike + later,
-        (found.toe_off - found.heel_strike) / stride,
-        stride,
-    )
+    return (found.heel_strike + later, (found.toe_off - found.heel_strike) / stride, stride)

@@ -60,10 +60,7 @@ def spline(motion: PaperMotion, basis: str) -> Basis:
 
 
 def formulate(
-    body: PaperBody,
-    motion: PaperMotion,
-    *,
-    basis: str = "trigonometric",
+    body: PaperBody, motion: PaperMotion, *, basis: str = "trigonometric"
 ) -> PaperProblem:
     """Return the problem of a motion.
 

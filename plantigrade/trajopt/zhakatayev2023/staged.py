@@ -182,10 +182,7 @@ MAX_VIOLATION = 1e-7  # Violation of the program below which its constraints are
 
 
 def least_squares(
-    program: SparseProgram,
-    c: Float[Array, "n_coefficients nv"],
-    *,
-    iterations: int = 40,
+    program: SparseProgram, c: Float[Array, "n_coefficients nv"], *, iterations: int = 40
 ) -> tuple[Float[Array, "n_coefficients nv"], int, float]:
     """Return coefficients that satisfy constraints, steps taken, and the largest violation left.
 
