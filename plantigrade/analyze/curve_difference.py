@@ -32,7 +32,7 @@ import numpy as np
 
 from plantigrade.analyze.norms import unit_of
 from plantigrade.analyze.pooled_gait import ComparedGait
-from plantigrade.arrays import Array, Bool, Float, Int
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.motion.cycles import PERCENT
 from plantigrade.side_names import without_side
 
@@ -211,7 +211,10 @@ def _test(values: Sequence[Array], trials: Sequence[Array], *, paired: bool) -> 
     """Return the error probability of the difference of two means, and the sampling unit."""
     from scipy.stats import ttest_ind, ttest_rel
 
-    means = [_trial_means(*each) for each in zip(values, trials, strict=True)]
+    means = [
+        {int(k): float(own[of == k].mean()) for k in np.unique(of)}
+        for own, of in zip(values, trials, strict=True)
+    ]
     shared = sorted(means[0].keys() & means[1].keys())
     if paired and len(shared) >= MIN_TRIALS:
         units = [np.array([each[k] for k in shared]) for each in means]
@@ -225,7 +228,3 @@ def _test(values: Sequence[Array], trials: Sequence[Array], *, paired: bool) -> 
         return float("nan"), ""
     found = ttest_ind(units[1], units[0], equal_var=False)
     return float(found.pvalue), "trials" if by_trial else "cycles"
-
-
-def _trial_means(values: Float[Array, " n"], trials: Int[Array, " n"]) -> dict[int, float]:
-    return {int(k): float(values[trials == k].mean()) for k in np.unique(trials)}

@@ -165,7 +165,10 @@ def compare(record: Record) -> Comparison:
     spans = {side: _spans(cycles, side, first, last) for side in SIDES}
     own = [spans[split_side(name)[1] or "r"] for name in names]
     simulated, reference = (
-        {name: _cut(m.time, values[:, i], own[i]) for i, name in enumerate(names)}
+        {
+            name: np.array([normalise(m.time, values[:, i], *span) for span in own[i]])
+            for i, name in enumerate(names)
+        }
         for m, values in ((motion, ours), (recorded, theirs))
     )
     agreement = {name: compare_curves(simulated[name], reference[name]) for name in names}
@@ -241,11 +244,6 @@ def _spans(cycles, side: str, first: float, last: float) -> list[tuple[float, fl
     """Return the spans of a side's cycles, or of the other side's, or the whole motion."""
     mine = [c for c in cycles if c.side == side] or list(cycles)
     return [(max(c.start, first), min(c.stop, last)) for c in mine] or [(first, last)]
-
-
-def _cut(time, values, spans) -> np.ndarray:
-    """Return a curve over each span, resampled to percent (n_spans, n_percent)."""
-    return np.array([normalise(time, values, start, stop) for start, stop in spans])
 
 
 def _range(rows: Float[Array, "n n_percent"]) -> float:

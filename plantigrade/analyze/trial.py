@@ -163,12 +163,6 @@ class Trial:
         return figures
 
 
-def _with_mass(human: Human, mass: float | None) -> Human:
-    if mass is None or abs(mass - human.mass) <= 1e-9:
-        return human
-    return human.with_mass(mass)
-
-
 def _given_plates(fit: Fit, withheld: bool, notes: list[str]) -> tuple[ForcePlate, ...]:
     """Return the plates of a recording; none where they are withheld, with a note."""
     if withheld and fit.recording.plates:
@@ -202,7 +196,9 @@ def analyse(
         mass: Body mass [kg]; by default that of the file, or else by the plates.
         without_plates: Withhold the plates from the estimation of forces, for a comparison.
     """
-    notes, human = list(fit.warnings), _with_mass(fit.human, mass)
+    notes, human = list(fit.warnings), fit.human
+    if mass is not None and abs(mass - human.mass) > 1e-9:
+        human = human.with_mass(mass)
     plates = _given_plates(fit, without_plates, notes)
     subject = fit.recording.subject
     given = mass is not None or subject.mass is not None

@@ -25,7 +25,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.dynamics.ball_joints import ball_joints
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.motion.filters import lowpass
+from plantigrade.motion.filters import check_time, lowpass
 from plantigrade.motion.recording import even_clock
 
 
@@ -62,8 +62,7 @@ def differentiate(
     if not np.isfinite(qpos).all():
         frame = int(np.flatnonzero(~np.isfinite(qpos).all(axis=1))[0])
         raise ParameterError(f"qpos has missing values (frame {frame}); close the gaps first")
-    if len(time) > 1 and not (np.diff(time) > 0).all():
-        raise ParameterError("time must increase from frame to frame")
+    check_time(time, qpos)
     time = even_clock(time)
     shoulders = ball_joints(human, qpos)
     quaternions = [each.quaternions(qpos[:, 7:][:, each.hinges]) for each in shoulders]

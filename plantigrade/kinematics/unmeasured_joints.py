@@ -71,6 +71,12 @@ class LegSwing:
     runs: bool  #: Whether the pelvis is highest when the feet are furthest apart
 
 
+def ankle_paths(human: Human, qpos: Float[Array, "n nq"]) -> Float[Array, "n 2 3"]:
+    """Return where the joint centres of both ankles are, world [m]."""
+    ankles = [human.skeleton.parts[f"foot_{side}"] for side in SIDES]
+    return PointSet(human, [b for b, _ in ankles], np.array([at for _, at in ankles])).path(qpos)
+
+
 def measured_hinges(points: PointSet) -> Bool[Array, " n_hinges"]:
     """Return which hinges move any of the points that are measured."""
     return np.asarray(points.moved[:, 0, 6:].any(axis=0))
@@ -142,8 +148,7 @@ def leg_swing(
     still = LegSwing(np.zeros(n), np.zeros(n), STRIDE_FREQUENCIES[0], False)
     if n < MIN_FRAMES:
         return still
-    ankles = [human.skeleton.parts[f"foot_{side}"] for side in SIDES]
-    feet = PointSet(human, [b for b, _ in ankles], np.array([at for _, at in ankles])).path(qpos)
+    feet = ankle_paths(human, qpos)
     turned = quaternion_to_pelvis_angles(qpos[:, 3:7])[:, 2, None]
     before = feet - qpos[:, None, :3]
     before = np.cos(turned) * before[..., 0] + np.sin(turned) * before[..., 1]

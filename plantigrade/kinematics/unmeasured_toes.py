@@ -15,7 +15,8 @@ from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.kinematics.ground_level import moving_ground
 from plantigrade.kinematics.planting import plant_feet
 from plantigrade.kinematics.sole_rests import ContactFrames, point_speed
-from plantigrade.kinematics.state import PointSet, body_paths
+from plantigrade.kinematics.state import body_paths
+from plantigrade.kinematics.unmeasured_joints import ankle_paths
 from plantigrade.models import Human
 from plantigrade.models.keypoints import shows_toes
 from plantigrade.models.landmarks import Attachment
@@ -120,8 +121,7 @@ def with_flat_feet(
     if shows_toes(names) or len(qpos) < 4:
         return qpos
     time = even_clock(time)
-    ankles = [human.skeleton.parts[f"foot_{side}"] for side in SIDES]
-    path = PointSet(human, [b for b, _ in ankles], np.array([at for _, at in ankles])).path(qpos)
+    path = ankle_paths(human, qpos)
     way = moving_ground(time, path, path)
     rests = []
     for k, side in enumerate(SIDES):

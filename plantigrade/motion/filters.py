@@ -36,7 +36,7 @@ def fill_gaps(
     """
     from scipy.interpolate import PchipInterpolator
 
-    _check_time(time, values)
+    check_time(time, values)
     flat, result = _columns(values)
     for column in range(flat.shape[1]):
         seen = np.isfinite(flat[:, column])
@@ -74,7 +74,7 @@ def lowpass(
     """
     from scipy.signal import butter, sosfiltfilt
 
-    _check_time(time, values)
+    check_time(time, values)
     if order < 2 or order % 2:
         raise ParameterError(f"{order=} of a filter run both ways must be even and positive")
     if len(time) < 2:
@@ -127,7 +127,7 @@ def derivative(
 
     if order not in (1, 2):
         raise ParameterError(f"{order=} of a derivative must be 1 or 2")
-    _check_time(time, values)
+    check_time(time, values)
     if cutoff is not None:
         values = lowpass(time, values, cutoff=cutoff)
     flat, _ = _columns(values)
@@ -159,7 +159,7 @@ def resample(
     """
     from scipy.interpolate import CubicSpline
 
-    _check_time(time, values)
+    check_time(time, values)
     flat, _ = _columns(values)
     result = np.full((len(new_time), flat.shape[1]), np.nan)
     order = np.argsort(new_time, kind="stable")
@@ -192,7 +192,8 @@ def _columns(values):
     return flat, flat.copy()
 
 
-def _check_time(time, values):
+def check_time(time, values):
+    """Raise a ParameterError unless there is one instant per frame and time increases."""
     if len(time) != len(values):
         raise ParameterError(f"{len(time)} instants but {len(values)} frames: one time per frame")
     if len(time) > 1 and not (np.diff(time) > 0).all():

@@ -85,8 +85,10 @@ def measure_section(found: RunComparison) -> Section:
         if all(value is None for value in known):
             continue
         row = [one.label, *(rounded_text(value, one.digits) for value in known)]
-        for value in known[1:]:
-            row.append(_difference_text(value, known[0], one.digits))
+        row += [
+            "–" if value is None or known[0] is None else signed_text(value - known[0], one.digits)
+            for value in known[1:]
+        ]
         rows.append([*row, one.unit])
     words = "difference" if len(found.gaits) == 2 else "{} minus first"
     headers = ["measure", *(gait.name for gait in found.gaits)]
@@ -274,10 +276,6 @@ def _title(found: RunComparison) -> str:
 def _count(gait: ComparedGait, name: str) -> str:
     rows = gait.curves.get(name, ())
     return "as made" if gait.exact else str(len(rows))
-
-
-def _difference_text(value: float | None, first: float | None, digits: int) -> str:
-    return "–" if value is None or first is None else signed_text(value - first, digits)
 
 
 def _label(base: str) -> str:

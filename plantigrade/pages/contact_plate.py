@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from html import escape
 from typing import Any
 
-import mujoco
 import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.charts.theme import STROKES
 from plantigrade.constants import SIDE_NAMES
 from plantigrade.contact.site import ContactSite, contact_sites
+from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.pages.shapes import convex_hull
 from plantigrade.record import Record
@@ -48,10 +48,8 @@ class SoleOutline:
     @classmethod
     def of(cls, human: Human, sites: Sequence[ContactSite], side: str) -> "SoleOutline":
         """Return the sole of a side with its sites."""
-        data = mujoco.MjData(human.model)
-        data.qpos[:] = human.standing()
-        mujoco.mj_kinematics(human.model, data)
-        stands = data.xpos.copy(), data.xmat.reshape(-1, 3, 3).copy()
+        standing = BodyState(human, human.standing())
+        stands = standing.origins, standing.rotations
 
         def place(site: ContactSite) -> Array:
             body = human.body(site.body)
@@ -80,14 +78,12 @@ class SoleOutline:
         if record.contact_point is None or not any(site.measured for site in sites):
             return places
         human = record.human
-        data = mujoco.MjData(human.model)
-        data.qpos[:] = record.motion.qpos[frame]
-        mujoco.mj_kinematics(human.model, data)
+        state = BodyState(human, record.motion.qpos[frame])
         for row, site in enumerate(sites):
             if site.measured:
                 body = human.body(site.body)
                 point = record.contact_point[frame, self.index[row]]
-                inside = data.xmat[body].reshape(3, 3).T @ (point - data.xpos[body])
+                inside = state.rotation(body).T @ (point - state.origin(body))
                 there = self.stands[0][body] + self.stands[1][body] @ inside
                 places[row] = there[:2] - self.corner
         return places

@@ -8,7 +8,6 @@ what is left between that and the two contacts is spread over the swing.
 
 from dataclasses import dataclass, replace
 
-import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -17,6 +16,7 @@ from plantigrade.constants import SIDES
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.sole_rests import find_rests
+from plantigrade.kinematics.state import body_paths
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.blends import cubic_rise
@@ -72,21 +72,14 @@ class _Paths:
     """Positions and orientations of the parts of a person over a motion."""
 
     def __init__(self, human: Human, motion: Motion):
-        model, data = human.model, mujoco.MjData(human.model)
         self.names = {
             name: found
             for name in (*PARTS, *(f"{part}_{s}" for part in PARTS for s in SIDES))
             if (found := _body(human, name)) is not None
         }
-        ids = np.array([model.body(body).id for body in self.names.values()])
-        position, rotation = [], []
-        for qpos in (human.standing(), *motion.qpos):
-            data.qpos = qpos
-            mujoco.mj_kinematics(model, data)
-            position.append(data.xpos[ids])
-            rotation.append(data.xmat[ids].reshape(-1, 3, 3))
+        bodies = [human.body(body) for body in self.names.values()]
+        place, turn = body_paths(human, np.vstack([human.standing(), motion.qpos]), bodies)
         index = {name: k for k, name in enumerate(self.names)}
-        place, turn = np.array(position), np.array(rotation)
         self.rest = {name: place[0, k] for name, k in index.items()}
         self.position = {name: place[1:, k] for name, k in index.items()}
         self.rotation = {name: turn[1:, k] @ turn[0, k].T for name, k in index.items()}
