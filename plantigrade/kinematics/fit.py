@@ -20,8 +20,7 @@ from plantigrade.kinematics.flat_feet import with_resting_soles
 from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.joint_distances import late_notes
-from plantigrade.kinematics.keypoint_noise import BonesOfVideo
-from plantigrade.kinematics.keypoints import TILT_OF_VIDEO, force_band_factor
+from plantigrade.kinematics.keypoints import TILT_OF_VIDEO, BonesOfVideo, force_band_factor
 from plantigrade.kinematics.marker_doubts import (
     error_notes,
     scale_notes,

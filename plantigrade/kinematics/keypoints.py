@@ -1,12 +1,18 @@
-"""Keypoints of a video before the fit: a low-pass that suits their noise, and the floor.
+r"""Keypoints of a video before the fit: a low-pass that suits their noise, and the floor.
 
 Cameras have no floor: it is where the feet stand. A point of a foot stands for a third of the time
 or more in walking, so that its heights pile up there, and noise moves that pile less than it moves
 the lowest point.
+
+**Noise** shows in lengths that should be constant. The distance between the centres of two
+neighbouring joints is that of a bone. Its variance over a recording is the sum of the variances of
+both centres along the bone, and neither motion nor a constant offset of a centre adds to it:
+
+.. math:: \operatorname{var} |x_a - x_b| = \sigma_a^2 + \sigma_b^2 .
 """
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +26,46 @@ from plantigrade.motion.filters import fill_gaps, lowpass, runs
 from plantigrade.motion.recording import even_clock
 from plantigrade.notes import Info
 from plantigrade.spatial.conventions import about_axis
+
+# Ends of a bone → its length among those of the body
+BONES = {
+    ("hip_joint", "knee_joint"): "thigh",
+    ("knee_joint", "ankle_joint"): "shank",
+    ("shoulder_joint", "elbow_joint"): "upper_arm",
+    ("elbow_joint", "wrist_joint"): "forearm",
+}
+PER_DEVIATION = 1.4826  # [1] standard deviation over median absolute deviation, normal noise
+MIN_FRAMES = 10  # [1] minimum number of frames that show both ends of a bone
+USUAL_NOISE = 0.010  # [m] where no bone is seen for long enough
+
+
+@dataclass(frozen=True)
+class BonesOfVideo:
+    """What the keypoints of a video tell of bones."""
+
+    noise: float  #: Standard deviation of a keypoint in each direction [m]
+    lengths: Mapping[str, float]  #: Median lengths, by name of the dimension [m]
+
+
+def bones_of_video(markers: Markers) -> BonesOfVideo:
+    """Return noise and lengths of bones of the keypoints of a video."""
+    columns = {KEYPOINTS.get(name): i for i, name in enumerate(markers.names)}
+    at = {mark: markers.positions[:, i] for mark, i in columns.items()}
+    variances, found = [], {}
+    for side in "rl":
+        for ends, dimension in BONES.items():
+            a, b = (at.get(f"{end}_{side}") for end in ends)
+            if a is None or b is None:
+                continue
+            length = np.linalg.norm(a - b, axis=1)
+            length = length[np.isfinite(length)]
+            if len(length) >= MIN_FRAMES:
+                spread = PER_DEVIATION * np.median(np.abs(length - np.median(length)))
+                variances.append(spread**2 / 2)
+                found.setdefault(dimension, []).append(float(np.median(length)))
+    noise = float(np.sqrt(np.median(variances))) if variances else USUAL_NOISE
+    return BonesOfVideo(noise, {name: float(np.mean(each)) for name, each in found.items()})
+
 
 # [Hz] low-pass of keypoints with little noise, usual for walking, and the lowest one: below it, the
 # swing of a leg is damped

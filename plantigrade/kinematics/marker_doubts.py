@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.kinematics.leg_segments import segment_of_leg
+from plantigrade.kinematics.joint_distances import segment_of_leg
 from plantigrade.kinematics.state import PointSet, body_paths
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment

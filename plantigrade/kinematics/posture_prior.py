@@ -13,7 +13,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.inverse import InverseKinematics
-from plantigrade.kinematics.keypoint_noise import BonesOfVideo
+from plantigrade.kinematics.keypoints import BonesOfVideo
 from plantigrade.models import Human
 from plantigrade.side_names import split_side
 

@@ -14,8 +14,7 @@ from plantigrade.errors import FitError
 from plantigrade.kinematics.calibrate import require_known
 from plantigrade.kinematics.faulty_samples import glued, without_faulty_samples
 from plantigrade.kinematics.given_ground import GivenGround
-from plantigrade.kinematics.keypoint_noise import BonesOfVideo, bones_of_video
-from plantigrade.kinematics.keypoints import levelled, of_video
+from plantigrade.kinematics.keypoints import BonesOfVideo, bones_of_video, levelled, of_video
 from plantigrade.kinematics.label_repair import corrected_labels, with_continuous_labels
 from plantigrade.kinematics.plausibility import (
     require_human_size,

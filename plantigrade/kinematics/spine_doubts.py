@@ -12,8 +12,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
-from plantigrade.kinematics.joint_distances import SegmentPoses, joint_centre
-from plantigrade.kinematics.leg_segments import segment_of_leg
+from plantigrade.kinematics.joint_distances import SegmentPoses, joint_centre, segment_of_leg
 from plantigrade.kinematics.posture import leans
 from plantigrade.kinematics.state import PointSet, body_paths
 from plantigrade.models import Human

@@ -8,8 +8,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from plantigrade.kinematics.fit import fit_markers
-from plantigrade.kinematics.joint_distances import SegmentPoses, joint_centre, late_notes
-from plantigrade.kinematics.leg_segments import segment_of_leg
+from plantigrade.kinematics.joint_distances import (
+    SegmentPoses,
+    joint_centre,
+    late_notes,
+    segment_of_leg,
+)
 from plantigrade.kinematics.marker_doubts import scale_notes, vertical_scale
 from plantigrade.kinematics.side_doubts import knee_notes, side_notes
 from plantigrade.kinematics.spine_doubts import sideways_notes, spine_notes, tilt_notes

@@ -10,8 +10,8 @@ import pytest
 from experiments.video_recording import SETS, Video, as_video
 from plantigrade.errors import FitError
 from plantigrade.kinematics.fit import fit_markers
-from plantigrade.kinematics.keypoint_noise import bones_of_video
 from plantigrade.kinematics.keypoints import (
+    bones_of_video,
     cutoff_for,
     floor_under,
     force_band_factor,
