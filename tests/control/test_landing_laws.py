@@ -122,6 +122,16 @@ def test_after_a_push_the_extrapolated_centre_brings_the_orbit_back(touchdown):
     assert (0.0 < energy).all() and (energy < divergent).all()
 
 
+def test_a_foot_carries_alone_where_the_stance_foot_is_lifted_sooner(touchdown):
+    """Without its double support the walk steps as the one that has none."""
+    share, moved = 0.3, np.array([0.05, -0.1])
+    nearer = share * (touchdown.footstep - touchdown.stance_foot)
+    alone = replace(touchdown, com=touchdown.com - nearer, transferred=share)
+    state = (touchdown.com + moved)[None], touchdown.com_velocity[None], touchdown.stance_foot
+    own, expected = (DivergentLaw().footsteps(*state, ref) for ref in (alone, touchdown))
+    np.testing.assert_allclose(own, expected, atol=1e-12)
+
+
 @pytest.fixture
 def reach(touchdown) -> FootReach:
     """The reach of a foot at rest."""

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from experiments.altered_people import scaled_legs, scaled_strength, torque_limits
+from experiments.human_pushes import aside
 from experiments.tour import MAX_PUNCH_FORCE, punches, tour, waypoints
 from experiments.walk_outcome import WalkOutcome
 from experiments.walk_trial import PushedWalk, walk
 from experiments.walkers import walker, walks_as
 from experiments.walking import walking
+from plantigrade import synthesize
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.control import passive
 from plantigrade.errors import ParameterError
@@ -240,3 +242,14 @@ def test_a_survived_push_lands_softly(data):
     assert all(outcome.survived for outcome in found)
     assert max(outcome.peak for outcome in found) < 6.0
     assert max(outcome.bend for outcome in found) < 25.0  # the trunk as a free flywheel: 29°
+
+
+@pytest.mark.slow
+def test_a_slow_walk_takes_a_push_aside_in_few_steps():
+    """Its rear foot is lifted long before the motion's; it had wandered 1.25 m in ten steps."""
+    found = synthesize("walk", speed=0.7, periodic=True, height=1.7, mass=65.0, sex="female")
+    one = walker("pendulum", found.record)
+    push = PhasePush(force=195.0, duration=0.2, direction=np.pi / 2, side="r", phase=0.15)
+    found = walk(one, (push,), watch=4.0)
+    distance, _, steps = aside(found, 1.0)
+    assert found.withstood and distance < 0.6 and steps <= 4  # people: 0.42 ± 0.17 m

@@ -145,6 +145,8 @@ class ReferenceTouchdown:
     stance_weight: float = 0.0
     #: Part of the foot that strikes, and of those after it; the rest if absent
     later_weight: float = 1.0
+    #: Part of the foot that strikes which the stance foot has in the reference: it is lifted sooner
+    transferred: float = 0.0
     slope: tuple[float, float] = (0.0, 0.0)  #: How far the ground rises ahead and to the left [rad]
 
 
@@ -175,7 +177,8 @@ class DivergentLaw:
 
     :math:`\xi = x + \dot x / \omega` [Hof2005]_. A constant offset of the foot from it makes any
     walk of a linear pendulum stable in one step ([Hof2008]_). In double support the old stance foot
-    still counts, with its weight.
+    still counts, with its weight; where it is lifted sooner than in the reference, the new one has
+    more of both.
     """
 
     def footsteps(
@@ -189,6 +192,7 @@ class DivergentLaw:
         ref = reference
         error = com + velocity / ref.omega - ref.com - ref.com_velocity / ref.omega
         error = error - ref.stance_weight * (stance_foot - ref.stance_foot)
+        error = error - ref.transferred * (ref.footstep - ref.stance_foot)
         return ref.footstep + error / ref.later_weight
 
 

@@ -251,31 +251,31 @@ class StepPlan:
         head, _, weights = self.reference.schedule.weights(phase)
         before = np.arange(head, head + len(weights)) < number
         k = 1 - i
-        stance, later = float(weights[before].sum()), float(weights[~before].sum())
+        stance = float(weights[before].sum())
         sooner = self._sooner(stance)
-        way = (then.foot_position[i] - then.foot_position[k])[:2]
         return ReferenceTouchdown(
-            com=then.com[:2] + path + [0.0, turn.lateral_offset] + sooner * way,
+            com=then.com[:2] + path + [0.0, turn.lateral_offset],
             com_velocity=then.com_velocity[:2],
             height=float(then.com[2] - then.foot_position[k, 2]),
             stance_foot=then.foot_position[k, :2] + path,
             footstep=then.foot_position[i, :2] + path,
             omega=self.reference.omega,
             stance_weight=stance - sooner,
-            later_weight=self.settings.footsteps.decayed(weights[~before]) * (1.0 + sooner / later),
+            later_weight=self.settings.footsteps.decayed(weights[~before]) + sooner,
+            transferred=sooner,
             slope=(atan(slope[0]), atan(slope[1])),
         )
 
     def _sooner(self, stance_weight: float) -> float:
-        """Return how much less the stance foot counts after touchdown for being lifted sooner.
+        """Return how much less the stance foot counts after touchdown as it is lifted sooner.
 
-        After a push the rear foot is lifted once the other one bears, not when the recorded one is:
-        slow walks, whose double support is long, stepped farther aside from step to step.
+        After a push it is lifted once the other one may bear, while the recorded one gives its load
+        away over its double support. Slow walks, which have a long one, stepped too far to one side
+        and then to the other, and fell eight steps after the push.
         """
         if not self.push.felt:
             return 0.0
-        time = self.gait.settings.contact.transfer_time
-        least = 0.5 * self.reference.omega * time
+        least = 0.5 * self.reference.omega * self.gait.settings.contact.transfer_time
         return self.recovery_share * max(stance_weight - least, 0.0)
 
     def _pivot(self, ref: Instant, then: Instant, growth: float, k: int, feet) -> Array:
