@@ -313,6 +313,23 @@ def test_an_estimated_disturbance_is_no_turn_of_the_axes_and_no_single_shock(wal
         np.testing.assert_allclose(estimator.acceleration, 0.0, atol=1e-6)
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.001, 0.02])
+def test_noisy_velocities_are_no_disturbance_and_hide_none(walk, noise):
+    settings = DisturbanceSettings()
+    estimator, step, ground = DisturbanceEstimator(settings), 0.005, np.zeros((1, 3))
+    body, random = BodyState(walk.human, walk.motion.qpos[0]), np.random.default_rng(1)
+    still, moving, found = np.zeros(walk.human.model.nv), np.zeros(walk.human.model.nv), []
+    for k in range(400):
+        moving[:2] = noise * random.standard_normal(2)
+        moving[0] += 3.0 * step * min(max(k - 300, 0), 60)  # pushed for 0.3 s by 3 m/s²
+        estimator.update(body.moved_to(walk.motion.qpos[0], still + moving), ground, step)
+        found.append(estimator.acceleration.copy())
+    found = np.array(found)
+    assert np.mean(np.abs(found[20:300]).max(axis=1) > 0.0) < 0.02
+    felt = found[300 + settings.n_noisy_samples : 360]
+    np.testing.assert_allclose(felt.mean(axis=0), [3.0, 0.0], atol=0.5)
+
+
 def test_a_foot_that_goes_its_own_way_moves_smoothly_whatever_the_motion_does():
     def motion(t):
         """Return place and velocity of a foot of the motion, which hurries [m, m/s]."""

@@ -13,6 +13,8 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import GRAVITY
 from plantigrade.kinematics.state import BodyState
 
+MEDIAN_NOISE = 0.55  # of the median of five differences of white noise, by the noise: from samples
+
 
 @dataclass(frozen=True, kw_only=True)
 class DisturbanceSettings:
@@ -27,6 +29,13 @@ class DisturbanceSettings:
     deadband: float = 0.25
     """Acceleration up to which there is no disturbance; full from twice that on [m/s²]. Chosen (±20
     %: deviation 12 %)."""
+    n_noisy_samples: int = 20
+    """Number of ticks whose mean counts where velocities are noisy, and of which their noise is
+    estimated. Chosen: 0.1 s, half of the push that people took."""
+    noise_margin: float = 4.0
+    """Least deadband by the standard deviation that noise gives the estimate. Without it, a walk
+    whose joint angles were known to 0.05° felt a push for 98 % of the time, and crouched; with
+    0.2°, a walk feels one for 67 % of the time with 3, for 42 % with 4."""
 
 
 class DisturbanceEstimator:
@@ -42,7 +51,8 @@ class DisturbanceEstimator:
 
     def __init__(self, settings: DisturbanceSettings, *, held: bool = False):
         self.settings, self._held, self.acceleration = settings, held, np.zeros(2)
-        self._samples: deque[Array] = deque([np.zeros(2)] * settings.n_samples, settings.n_samples)
+        longest = max(settings.n_samples, settings.n_noisy_samples)
+        self._samples: deque[Array] = deque([np.zeros(2)] * settings.n_samples, longest)
         self._before: tuple[Array, Array] | None = None
 
     def update(
@@ -68,7 +78,28 @@ class DisturbanceEstimator:
                 mean = force if self._held else 0.5 * (force + force_before)
                 self._samples.append((velocity - before) / step - mean / body.mass)
         self._before = velocity, force
-        ordered, n = np.sort(self._samples, axis=0), s.n_samples
-        median = 0.5 * (ordered[(n - 1) // 2] + ordered[n // 2])  # faster than np.median
+        samples = np.array(self._samples)
+        median, noise = _median(samples[-s.n_samples :]), _noise(samples)
+        deadband = s.noise_margin * MEDIAN_NOISE * noise
+        if deadband > s.deadband:  # a mean of more ticks is late, but knows more
+            median = samples.mean(axis=0)
+            deadband = s.noise_margin * np.sqrt(2.0) / len(samples) * noise
         size = float(np.linalg.norm(median))
-        self.acceleration = median * min(max(size / s.deadband - 1.0, 0.0), 1.0)
+        deadband = max(deadband, s.deadband)
+        self.acceleration = median * min(max(size / deadband - 1.0, 0.0), 1.0)
+
+
+def _median(samples: Array) -> Array:
+    """Return the median along the first axis; faster than ``np.median``."""
+    ordered, n = np.sort(samples, axis=0), len(samples)
+    return 0.5 * (ordered[(n - 1) // 2] + ordered[n // 2])
+
+
+def _noise(samples: Float[Array, "n 2"]) -> float:
+    """Return the noise of the velocities over the time of a tick, standard deviation [m/s²].
+
+    White noise is all that changes the acceleration between two ticks, in most of them. The median
+    of the size of a normal variable is 0.67 of its standard deviation, and that of a second
+    difference is the root of 6 times as large as that of what is differentiated.
+    """
+    return float(_median(np.abs(np.diff(samples, axis=0)).ravel())) / (0.6745 * np.sqrt(6.0))
