@@ -5,7 +5,6 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.charts import theme
@@ -203,11 +202,23 @@ def surface_points(shape: Shape) -> np.ndarray:
 
 
 def convex_hull(points: np.ndarray) -> np.ndarray:
-    """Return the convex hull of points in a plane, in order; the ends of points on a line."""
+    """Return the convex hull of points in a plane, in order (Andrew's monotone chain)."""
     ordered = np.unique(np.round(points, 6), axis=0)
-    if np.linalg.matrix_rank(ordered - ordered[:1]) < 2:
-        return ordered[:: max(len(ordered) - 1, 1)]
-    return ordered[ConvexHull(ordered).vertices]
+    if len(ordered) < 3:
+        return ordered
+
+    def chain(rows):
+        kept: list[np.ndarray] = []
+        for p in rows:
+            while len(kept) > 1:
+                a, b = kept[-2], kept[-1]
+                if (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]) > 0:
+                    break
+                kept.pop()
+            kept.append(p)
+        return kept[:-1]
+
+    return np.array(chain(ordered) + chain(ordered[::-1]))
 
 
 def _mesh(model, geom):
