@@ -5,6 +5,7 @@ part of the curve is reported, and hatched in the plots.
 """
 
 from collections.abc import Iterable
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,15 @@ import numpy as np
 from plantigrade.arrays import Array, Bool
 from plantigrade.kinematics.posture import LIMIT_TOLERANCE, leans
 from plantigrade.motion.cycles import PERCENT, Cycle
+from plantigrade.motion.event_timing import is_running
 from plantigrade.record import Record
 from plantigrade.side_names import split_side
 
 MAX_CADENCE = 250.0
 """Cadence that only sprinters exceed [steps/min]; distance runners take up to 220. Estimate."""
+LANDING_TOGETHER = 0.05
+"""Time between the landings of two feet below which they end a jump [s]. Chosen: a fifth of a step
+at that cadence."""
 MAX_JOINT_POWER = 40.0
 """Power of a joint above that of people [W/kg]: an *estimate* above hips and knees in sprinting at
 9 m/s, which come nearest [Schache2011]_."""
@@ -90,6 +95,7 @@ def motion_notes(record: Record) -> list[str]:
     """
     motion, human, notes = record.motion, record.human, []
     strikes = sorted(e.time for e in motion.events if e.kind == "heel_strike")
+    strikes = [b for a, b in pairwise([-np.inf, *strikes]) if b - a > LANDING_TOGETHER]
     if len(strikes) > 1:
         cadence = 60.0 * (len(strikes) - 1) / (strikes[-1] - strikes[0])
         if cadence > MAX_CADENCE:
@@ -99,7 +105,7 @@ def motion_notes(record: Record) -> list[str]:
             )
         lean = np.abs(leans(human, motion.qpos, "c7"))
         way = ("forward or backward", "sideways")[int(np.argmax(lean.max(axis=0)))]
-        if lean.max() > MAX_WALKING_LEAN:
+        if lean.max() > MAX_WALKING_LEAN and not is_running(motion.events):
             notes.append(
                 f"the trunk leans {lean.max():.0f}° {way} in walking; healthy people lean by less "
                 f"than {MAX_WALKING_LEAN:.0f}°: check the strength, the speed and the loads."

@@ -15,7 +15,6 @@ from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.derivatives import continuous, differentiate
-from plantigrade.dynamics.loading import flights
 from plantigrade.errors import ReproduceError
 from plantigrade.kinematics.contacts import stances
 from plantigrade.kinematics.ground_level import moving_ground
@@ -23,7 +22,6 @@ from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.cycles import cut_cycles
-from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.events import detect_gait_events
 from plantigrade.motion.recording import even_clock
 from plantigrade.notes import Info
@@ -138,26 +136,6 @@ class RecordedWalk:
             )
         raise ReproduceError(
             f"{self.name}: {seen}; give a recording with at least two steps of walking"
-        )
-
-    def refuse_flight(self, start: float, stop: float) -> None:
-        """Raise a ReproduceError where both feet are in the air between two times [s]."""
-        motion = self.motion
-        soles = sole_paths(self.human, motion.qpos)
-        found = [(a, b) for a, b in flights(motion.time, soles) if a < stop and b > start]
-        if is_running(motion.events):
-            seen = "the person runs: one foot leaves the ground before the other lands"
-        elif found:
-            a, b = found[0]
-            seen = f"both feet are in the air from {a:.2f} to {b:.2f} s (a jump)"
-        else:
-            return
-        remedy = "give a recording of walking, standing, squats or a chair"
-        if not is_running(motion.events):
-            remedy = f"leave the flight out with --start and --stop, or {remedy}"
-        raise ReproduceError(
-            f"{self.name}: {seen}; tracking allows only motions in which a foot or a seat carries "
-            f"at all times. To go on, {remedy}; plantigrade fit analyses runs and jumps"
         )
 
     def refuse_uneven(self) -> None:

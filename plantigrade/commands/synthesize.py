@@ -373,7 +373,7 @@ def summary(folder: Path, metrics: dict[str, Any]) -> str:
         f"slip {m['check_slip_max_mm']:.2f} mm, "
         f"penetration {m['check_penetration_max_mm']:.2f} mm",
     }
-    if m.get("rmse_max_limit_deg") is not None:
+    if {"rmse_max_deg", "rmse_max_limit_deg", "rom_error_max_deg"} <= m.keys():
         rows["recording"] = (
             f"hips, knees and ankles within {m['rmse_max_deg']:.1f}° RMS of it (at most "
             f"{m['rmse_max_limit_deg']:g}°), ranges of motion within {m['rom_error_max_deg']:.1f}° "

@@ -27,6 +27,7 @@ from plantigrade.dynamics.inverse import inverse_dynamics
 from plantigrade.errors import ParameterError, ReproduceError
 from plantigrade.models import Human
 from plantigrade.motion import Motion, Recording
+from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.filters import resample
 from plantigrade.options import as_path
 from plantigrade.ordered_tasks.phases import walking_events
@@ -133,6 +134,8 @@ class Tracked:
     @property
     def violations(self) -> str:
         """Joint angles too far from the recorded ones, where and when; empty where none is."""
+        if not self.assessed.metrics().keys() >= MAX_ERRORS.keys():
+            return f"no joint angle can be compared from {self.start:.2f} to {self.stop:.2f} s"
         return limits_exceeded(self.with_recording, self.assessed, MAX_ERRORS)
 
     def against_plates(self) -> ForceComparison:
@@ -227,7 +230,7 @@ def track(
     Raises:
         FileError: If the file cannot be read.
         FitError: If it cannot be fitted.
-        ReproduceError: If it is not on level ground, or both feet are in the air at some time.
+        ReproduceError: If it is not on level ground.
         ParameterError: If nothing is recorded, or no foot is on the ground, between start and stop.
     """
     settings, path = settings or TrackSettings(), as_path(path, "a recording")
@@ -280,7 +283,7 @@ def track_trial(
     walk = RecordedWalk.of(trial)
     walk.refuse_uneven()
     human, motion, lift = grounded(walk.human, walk.over_ground())
-    walked = walking_events(motion.events)
+    walked = motion.events if is_running(motion.events) else walking_events(motion.events)
     first, last = float(motion.time[0]), float(motion.time[-1])
     start, stop = (walked[0].time, walked[-1].time) if len(walked) > 2 else (first, last)
     start = start if settings.start is None else settings.start
@@ -290,7 +293,6 @@ def track_trial(
             f"nothing is recorded from {start:g} to {stop:g} s: the recording lasts from "
             f"{first:g} to {last:g} s"
         )
-    walk.refuse_flight(start, stop)
     begin = max(start - EVENT_MARGIN, min(first + UNTRACKED_EDGE, start))
     end = min(stop + EVENT_MARGIN, max(last - UNTRACKED_EDGE, stop))
     estimate = estimate_forces(human, motion)

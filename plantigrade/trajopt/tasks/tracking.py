@@ -13,8 +13,8 @@ wrenches on the feet and moments of hip, knee and ankle; the expected ones :math
 their standard errors :math:`\sigma_i` are those of the whole recording's quadratic program
 (:mod:`plantigrade.dynamics.ground_forces`), from the motion alone. It gives the forces to start
 from, too. When the feet touch comes from gait events and from what rests
-(:mod:`plantigrade.kinematics.contacts`), when a seat carries from
-:mod:`plantigrade.dynamics.loading`.
+(:mod:`plantigrade.kinematics.contacts`), in runs and jumps from the heights of the parts of the
+feet; when a seat carries from :mod:`plantigrade.dynamics.loading`.
 """
 
 from collections.abc import Mapping
@@ -35,6 +35,7 @@ from plantigrade.motion import Motion
 from plantigrade.motion.filters import resample
 from plantigrade.motion.motion import interpolate
 from plantigrade.trajopt.problem.contact_body import ContactBody
+from plantigrade.trajopt.tasks.recorded_flights import flying_contacts
 from plantigrade.trajopt.tasks.recorded_forces import (
     expected_moments,
     expected_wrenches,
@@ -71,6 +72,8 @@ TRACKING_WEIGHTS = {
     "mtp_angle": 0.5,
 }
 
+FLYING_NODES_PER_SECOND = 100.0  # [1/s] of runs and jumps; the task of running has 120
+
 # [1] weight of toe torque relative to other joints, because toes are weak
 TOE_TORQUE_WEIGHTS = {"mtp_angle": 10.0}
 
@@ -103,12 +106,23 @@ class TrackingWeights:
     force_rate: float = 2e-2
 
     def terms(
-        self, times: Array, q: Array, feet: FootWrenches, moments: JointMoments
+        self,
+        times: Array,
+        q: Array,
+        feet: FootWrenches,
+        moments: JointMoments,
+        *,
+        soft_landing: bool = False,
     ) -> tuple[Term, ...]:
-        """Return conditions and costs of tracking a motion with the forces expected of it."""
+        """Return conditions and costs of tracking a motion with the forces expected of it.
+
+        Feet of walks do not land at rest: they would slow down, and be down, too early. After a
+        flight they land faster, and a rigid foot would stop within a step of the nodes, the harder
+        the finer the mesh: with ``soft_landing`` they are at rest.
+        """
         return (
             Dynamics(),
-            OnGround(soft_landing=False),  # at rest it would slow down, and be down, too early
+            OnGround(soft_landing=soft_landing),
             Limits(ranges={}),
             Track(times, q, self.weight, self.joints),
             TrackAcceleration(times, q, self.acceleration),
@@ -167,14 +181,16 @@ def track(
         return forces_at_sites(body, feet.at(nodes), seated, q, active[:, 2::3])
 
     moments = expected_moments(human, motion, forces, moved)
-    terms = TrackingWeights().terms(moved, q, feet, moments)
+    flies = forces.flies
+    terms = TrackingWeights().terms(moved, q, feet, moments, soft_landing=flies)
     return MotionTask(
         "track",
         plan,
         terms,
         guess,
-        nodes_per_second=NODES_PER_SECOND,
+        nodes_per_second=FLYING_NODES_PER_SECOND if flies else NODES_PER_SECOND,
         force_guess=force_guess,
+        least_nodes_per_second=NODES_PER_SECOND if flies else 0.0,
         solid=False,
     )
 
@@ -184,7 +200,11 @@ def _plan(
 ) -> ContactPlan:
     """Return when and where feet and seat rest between two times [s]."""
     duration = max(int(np.floor((stop - start) / GRID + 1e-9)), 4) * GRID
-    stances = recorded_stances(human, motion, contacts_of(human, motion), start, duration)
+    if forces.flies:
+        contacts = flying_contacts(human, motion, forces.contacts)
+    else:
+        contacts = contacts_of(human, motion)
+    stances = recorded_stances(human, motion, contacts, start, duration, flies=forces.flies)
     if not stances:
         raise ParameterError(
             "no foot touches the ground in the motion; a motion to track stands on level ground at "
