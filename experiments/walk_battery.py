@@ -63,6 +63,8 @@ TILE_HEIGHTS = (1, 2, 3, 5, 8)  # [cm]
 N_SEEDS = 10  # fields of tiles of each height
 N_FEW_SEEDS = 3  # in the usual form
 STEP_HEIGHT = 10  # [cm] of the single step, up and down
+STAIR_HEIGHTS = (5, 10)  # [cm] of each step of a flight of stairs, up and down
+STAIRS_DURATION = 8.0  # [s]
 LEG_FACTORS = (0.5, 0.75, 1.0, 1.25, 1.5, 2.0)
 """Lengths of the legs, relative to the person's [1]."""
 LEG_PERSON = (1.60, 65.0)
@@ -126,7 +128,8 @@ NOTES = (
     "come after 4 m of level ground; speeds on a slope are horizontal, from 2 s after its foot on. "
     "Tiles are 40 cm wide, of random height up to the number given. The study's slopes began at "
     "once, its uphill speeds suffer from that. Recordings: closed strides are repeated for 30 s, "
-    "others are walked once. Squares (--part squares): closed strides led round corners of 90° "
+    "others are walked once. Stairs (--part stairs): recorded walks on treads of 60 cm, the first "
+    "of them 50 cm ahead. Squares (--part squares): closed strides led round corners of 90° "
     "every 4 m for 25 s, to each side. RMS: all joints, against the gait at the controller's own "
     "phase.",
 )
@@ -166,6 +169,14 @@ def kerb(controller: str, data: Path | None, cm: float, seconds: float) -> Resul
     """Return a walk over a step."""
     ground = Ground(steps=(GroundStep(LEVEL_LENGTH, 0.01 * cm),))
     return figures(walk(walking(controller, data), ground=ground, duration=seconds), since=2.0)
+
+
+def stairs(controller: str, data: Path, cm: int, name: str, seconds: float) -> Result:
+    """Return a recorded walk on a flight of stairs with treads of 60 cm."""
+    one = walks_as(controller, recorded(data / name))
+    if why := refusal(one):
+        return {"left_out": why}
+    return figures(walk(one, ground=ground_named(f"steps:{cm}"), duration=seconds), since=2.0)
 
 
 def legs(controller: str, data: Path | None, times: float, seconds: float) -> Result:
@@ -233,6 +244,16 @@ def walks(data: Path | None, quick: bool) -> Walks:
             UNEVEN_DURATION,
             {f"step {cm:+d} cm": (float(cm),) for cm in some((STEP_HEIGHT, -STEP_HEIGHT))},
         ),
+        "stairs": (
+            stairs,
+            STAIRS_DURATION,
+            {
+                f"stairs {cm:+d} cm/{name}": (cm, name)
+                for cm in some([sign * cm for cm in STAIR_HEIGHTS for sign in (1, -1)], (-5,))
+                for name in there
+                if name not in OTHER_WALKS
+            },
+        ),
         "legs": (legs, BODY_DURATION, {f"legs x{x:g}": (x,) for x in some(LEG_FACTORS, (0.75,))}),
         "bodies": (
             body,
@@ -274,7 +295,7 @@ def _cells(cached: CachedResults) -> dict[str, dict[str, list[Result]]]:
     found: dict[str, dict[str, list[Result]]] = {}
     for key, result in cached.longest(failed=True).items():
         name, _, what = key.partition("/")
-        line = what.partition("/")[0] if what.startswith("tiles") else what
+        line = what.partition("/")[0] if what.startswith(("tiles", "stairs")) else what
         found.setdefault(line, {}).setdefault(name, []).append(result)
     return found
 
@@ -348,9 +369,10 @@ def rows(cached: CachedResults) -> Iterator[Row]:
                         share,
                         MIN_SLOPE_SPEED_SHARE,
                     )
-            elif what.startswith("tiles"):
+            elif what.startswith(("tiles", "stairs")):
                 share = 100.0 * sum(r["survived"] for r in found) / every
                 goal = {"tiles 3 cm": 100.0, "tiles 5 cm": 90.0}.get(what)
+                goal = MIN_WALKED_SHARE if what.startswith("stairs") else goal
                 yield at_least(name, f"{what} walked", share, goal, "%")
             elif not what.startswith(("recording", squares.PREFIX)):
                 for r in found:
