@@ -92,7 +92,7 @@ class DisturbanceEstimator:
 def _median(samples: Array) -> Array:
     """Return the median along the first axis; faster than ``np.median``."""
     ordered, n = np.sort(samples, axis=0), len(samples)
-    return 0.5 * (ordered[(n - 1) // 2] + ordered[n // 2])
+    return np.asarray(0.5 * (ordered[(n - 1) // 2] + ordered[n // 2]))
 
 
 def _noise(samples: Float[Array, "n 2"]) -> float:
