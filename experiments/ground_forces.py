@@ -33,8 +33,8 @@ from experiments.given_ground import GROUNDS, on_ground
 from experiments.left_out import left_out_rows, left_out_sheet
 from experiments.recording_ends import END_DURATION, phase_rows
 from experiments.table import ResultTable, Row, over_trials, sheet, sheets_of
+from plantigrade.analyze.force_tilt import MAX_TILT, force_tilt, levelled
 from plantigrade.analyze.gait_forces import ForceComparison, compare_forces
-from plantigrade.analyze.plate_forces import MAX_TILT, force_tilt, levelled
 from plantigrade.analyze.trial import Trial, analyse
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES

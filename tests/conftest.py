@@ -151,10 +151,10 @@ def synthesized(tmp_path_factory) -> Synthesized:
     """A periodic walk made from the task alone: the solution, its run, and its iterations."""
     from plantigrade.trajopt import ContactBody, parse_task_file, synthesize
     from plantigrade.trajopt.tasks.gait_settings import WalkSettings
-    from plantigrade.workflows.free_times import person, the_task
     from plantigrade.workflows.save import save
     from plantigrade.workflows.settings import SolveSettings
     from plantigrade.workflows.synthesize import Origin, run_of
+    from plantigrade.workflows.task import person, the_task
 
     how = SolveSettings(
         height=1.7, mass=65.0, joints="42", basis="polynomial", nodes_per_second=28.0

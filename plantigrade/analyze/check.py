@@ -39,7 +39,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.site import PUSH_PART
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record, Run
-from plantigrade.record.scene_objects import GroundPath
+from plantigrade.record.moving_ground import GroundPath
 from plantigrade.side_names import split_side
 
 _LEAST_FRICTION = 1e-3  # [1] friction of a support below which its check goes no further down

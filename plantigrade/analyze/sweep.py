@@ -12,7 +12,7 @@ from plantigrade.contact.site import contact_sites
 from plantigrade.dynamics.centroid import check_motion, root_wrench_at, without_constraints
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
-from plantigrade.record.scene_objects import GroundPath
+from plantigrade.record.moving_ground import GroundPath
 
 STANCE_SHARE = 1e-3  # Share of body weight above which a site is in stance, if there is no plan
 

@@ -20,16 +20,15 @@ from plantigrade.analyze.estimated_forces import (
     support_forces,
 )
 from plantigrade.analyze.feet import FootPath, event_points, foot_path
+from plantigrade.analyze.force_tilt import force_tilt, tilt_note
 from plantigrade.analyze.gait import GaitMeasures, gait_measures
 from plantigrade.analyze.plate_forces import (
     PlateResults,
     add_mass_note,
     evaluate_plates,
-    force_tilt,
     off_plate_notes,
     on_feet,
     required_lift,
-    tilt_note,
 )
 from plantigrade.analyze.standing_soles import sole_notes, standing_soles
 from plantigrade.arrays import Array, Float

@@ -21,6 +21,7 @@ from plantigrade.kinematics.given_ground import GivenGround
 from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.joint_distances import late_notes
 from plantigrade.kinematics.keypoints import TILT_OF_VIDEO, BonesOfVideo, force_band_factor
+from plantigrade.kinematics.knee_height import knee_notes
 from plantigrade.kinematics.marker_doubts import (
     error_notes,
     scale_notes,
@@ -34,7 +35,7 @@ from plantigrade.kinematics.posture_prior import PosturePrior
 from plantigrade.kinematics.prepare import Prepared, columns, prepare
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.scaled_body import ScaledBody, scale
-from plantigrade.kinematics.side_doubts import knee_notes, side_notes
+from plantigrade.kinematics.side_doubts import side_notes
 from plantigrade.kinematics.spine_doubts import sideways_notes, spine_notes, tilt_notes
 from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.unmeasured_joints import (

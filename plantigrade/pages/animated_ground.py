@@ -5,8 +5,8 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
-from plantigrade.pages.camera import Shot
 from plantigrade.pages.shapes import convex_hull, mesh_of, shapes_of
+from plantigrade.pages.svg_animation import Shot
 from plantigrade.spatial.conventions import rotation_matrix
 
 HALF_WIDTHS = (

@@ -8,7 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.motion.motion import interpolate
 from plantigrade.pages.animated_ground import WOOD, WOOD_EDGE
-from plantigrade.pages.camera import Shot
+from plantigrade.pages.svg_animation import Shot
 from plantigrade.record import Record
 from plantigrade.record.scene_objects import PlacedObject, scene_objects_of
 from plantigrade.spatial.conventions import rotation_matrix

@@ -19,7 +19,7 @@ from plantigrade.motion.motion import interpolate, resampled
 from plantigrade.pages.animated_ground import stage
 from plantigrade.pages.animated_objects import object_layers, objects_at
 from plantigrade.pages.bone_layers import bone_layers, contact_dots, veil
-from plantigrade.pages.camera import AnimationClock, Camera, Shot
+from plantigrade.pages.camera import Camera
 from plantigrade.pages.figure_layers import BodyFigure, figure_layers, foot_layers
 from plantigrade.pages.outlines import force_arrow
 from plantigrade.pages.playback import FRAME_RATE, Playback, playback
@@ -27,6 +27,7 @@ from plantigrade.pages.scene import check, poses, scene_model, side_forces, trav
 from plantigrade.pages.section import svg_of
 from plantigrade.pages.skin_figure import SkinFigure, skin_of
 from plantigrade.pages.skin_layers import skin_layers
+from plantigrade.pages.svg_animation import AnimationClock, Shot
 from plantigrade.record import Record
 
 UNITS = 1000  # drawing units per metre

@@ -3,10 +3,10 @@
 import numpy as np
 
 from plantigrade.charts import theme
-from plantigrade.pages.camera import Shot
 from plantigrade.pages.shapes import RIM_TONE, rgb, tone, two_tones
 from plantigrade.pages.silhouette import spline_data
 from plantigrade.pages.skin_figure import PARTS, SkinFigure, outlines_of
+from plantigrade.pages.svg_animation import Shot
 from plantigrade.skin import foot_bones
 from plantigrade.spatial.conventions import rotation_matrix
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
-from plantigrade.pages.camera import Shot
 from plantigrade.pages.outlines import is_stroke, outlines, path_data
 from plantigrade.pages.shapes import (
     WHITE_SHARE,
@@ -21,6 +20,7 @@ from plantigrade.pages.shapes import (
     shapes_of,
     whiter,
 )
+from plantigrade.pages.svg_animation import Shot
 from plantigrade.spatial.conventions import rotation_matrix
 
 RIM_WIDTH = 0.012  # [m] of the outline of a limb

@@ -9,8 +9,9 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.charts import theme
-from plantigrade.pages.camera import AnimationClock, Camera
+from plantigrade.pages.camera import Camera
 from plantigrade.pages.shapes import Shape, surface_points
+from plantigrade.pages.svg_animation import AnimationClock
 from plantigrade.spatial.conventions import rotation_matrix
 
 ARROW_PER_BODY_WEIGHT = 0.6  # [m] length of the arrow of one body weight

@@ -23,7 +23,8 @@ from plantigrade.models.mjcf import read_mjcf
 from plantigrade.motion.motion import resampled
 from plantigrade.pages.shapes import PLATE, SCENE_OBJECT, Shape, rgb, shapes_of
 from plantigrade.record import Record
-from plantigrade.record.scene_objects import GroundPath, PlacedObject, scene_objects_of
+from plantigrade.record.moving_ground import GroundPath
+from plantigrade.record.scene_objects import PlacedObject, scene_objects_of
 from plantigrade.spatial.conventions import rotation_matrix, rotation_quaternion
 
 VIEW_RATE = 50.0  # [Hz] of drawn frames; the page interpolates between them

@@ -13,10 +13,10 @@ from plantigrade.arrays import Array, Float
 from plantigrade.charts import theme
 from plantigrade.models.mirror import mirrored_name
 from plantigrade.pages.bone_layers import bone_layers
-from plantigrade.pages.camera import Shot
 from plantigrade.pages.shapes import RIM_TONE, WHITE_SHARE, rgb, tone, two_tones, whiter
 from plantigrade.pages.silhouette import spline_data
 from plantigrade.pages.skin_figure import PARTS, DrawnPart, SkinFigure
+from plantigrade.pages.svg_animation import Shot
 
 GRID_STEP = 0.005  # Step of the grid on which outlines are found [m]: about a pixel
 LIGHT = np.array([-0.009, -0.007])  # Offset of the lit tone: to the left and up [m]. Chosen.

@@ -16,13 +16,14 @@ from plantigrade.contact.ground import Ground
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.pages.animated_objects import object_layers
-from plantigrade.pages.camera import AnimationClock, Camera, Shot
+from plantigrade.pages.camera import Camera
 from plantigrade.pages.figure_layers import BodyFigure, figure_layers
 from plantigrade.pages.outlines import force_arrow, outlines
 from plantigrade.pages.scene import height_below, poses, travel
 from plantigrade.pages.shapes import hexadecimal, shapes_of
 from plantigrade.pages.skin_figure import SkinFigure
 from plantigrade.pages.skin_layers import skin_layers
+from plantigrade.pages.svg_animation import AnimationClock, Shot
 from plantigrade.record.scene_objects import PlacedObject
 
 GROUND = "#8a94a3"

@@ -13,7 +13,7 @@ from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.record import Condition, Limits, Record
-from plantigrade.record.scene_objects import MOVED
+from plantigrade.record.moving_ground import MOVED
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.sampling import Sampled
 

@@ -1,7 +1,7 @@
-"""The person and the task that options name, and free times of it, as given and as found."""
+"""Free times of a task: which they are, and what a run says of those that were found."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any
 
 from plantigrade.errors import ParameterError
@@ -14,12 +14,12 @@ from plantigrade.trajopt.tasks.gait_parameters import (
     with_walking_times,
 )
 from plantigrade.trajopt.tasks.gait_settings import WalkSettings
-from plantigrade.trajopt.tasks.registry import task_for
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.tasks.task_file import TaskFile
 from plantigrade.trajopt.tasks.task_settings import TaskSettings
 from plantigrade.trajopt.tasks.walking import periodic_walk
-from plantigrade.workflows.settings import DEFAULT_JOINTS, PaperSettings, SolveSettings
+from plantigrade.workflows.settings import SolveSettings
+from plantigrade.workflows.task import refined, the_task
 
 
 def refuse_beside_free_times(how: SolveSettings) -> None:
@@ -96,30 +96,3 @@ def free_time_notes(found: FoundTimes) -> list[str]:
     if found.stopped:
         notes.append("The search for times was stopped; this is the best motion so far.")
     return notes
-
-
-def person(how: SolveSettings | PaperSettings) -> Human:
-    """Return the person who does a task."""
-    human = replace(how, joints=how.joints or DEFAULT_JOINTS).human()
-    return how.person(human) if isinstance(how, SolveSettings) else human
-
-
-def the_task(
-    human: Human, parameters: TaskSettings, how: SolveSettings, file: TaskFile | None = None
-) -> MotionTask:
-    """Return the task of a person, on the basis and the mesh asked for.
-
-    Raises:
-        ParameterError: If a value is out of range for this person.
-    """
-    if file is None:
-        task = task_for(human, parameters)
-    else:
-        task = replace(file, parameters=asdict(parameters)).task(human)
-    return how.task(human, refined(task, how))
-
-
-def refined(task: MotionTask, how: SolveSettings) -> MotionTask:
-    """Return a task on the basis and the mesh of the options."""
-    given = {"basis": how.basis, "nodes_per_second": how.nodes_per_second}
-    return replace(task, **{name: x for name, x in given.items() if x is not None})

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.analyze.pushes import force_on_feet, impact_notes
+from plantigrade.analyze.impact import force_on_feet, impact_notes
 from plantigrade.control.choices import STANDING
 from plantigrade.control.gait.reference import period_of
 from plantigrade.control.numbers import numbers_of

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.analyze.at_limit import limit_figures, limit_notes, motion_notes
+from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.check import check
+from plantigrade.analyze.human_limits import motion_notes
 from plantigrade.analyze.movement import movement_figures
 from plantigrade.analyze.verdict import Verdict
 from plantigrade.contact.plan import ContactPlan
@@ -33,11 +34,10 @@ from plantigrade.workflows.free_times import (
     free_time_notes,
     free_time_words,
     free_times,
-    person,
     refuse_beside_free_times,
-    the_task,
 )
 from plantigrade.workflows.settings import PaperSettings, SolveSettings
+from plantigrade.workflows.task import person, the_task
 
 NOISE = 0.05  # of the guesses of restarts, root mean square [rad]
 MAX_STATUS_SENTENCES = 3  # violations of the status; the report has all of them

@@ -18,7 +18,8 @@ from plantigrade.motion import Motion
 from plantigrade.motion.plate_events import contact_events
 from plantigrade.motion.recording import GaitEvent
 from plantigrade.record import Record
-from plantigrade.record.scene_objects import MIN_MOVEMENT, MOVED, PLACE, PLACES, object_signals
+from plantigrade.record.moving_ground import MIN_MOVEMENT, MOVED, PLACE
+from plantigrade.record.scene_objects import PLACES, object_signals
 from plantigrade.world.contacts import Contacts, ExternalForces, StepContacts, Wrench
 from plantigrade.world.simulated_world import SimulatedWorld
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.analyze.plate_forces import force_tilt, levelled, tilt_note
+from plantigrade.analyze.force_tilt import force_tilt, levelled, tilt_note
 from plantigrade.dynamics.inverse import inverse_dynamics
 from tests.analyze.plated_walk import analyse, plated_walk
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.analyze.pushes import force_on_feet, impact_notes
+from plantigrade.analyze.impact import force_on_feet, impact_notes
 from tests.pages.walker import walk, walker
 
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from plantigrade.analyze.at_limit import motion_notes
 from plantigrade.analyze.frame_rate import rate_doubt
+from plantigrade.analyze.human_limits import motion_notes
 from plantigrade.analyze.plausibility import Plausibility
 from plantigrade.kinematics import exchanged_labels
 from plantigrade.motion import GaitEvent

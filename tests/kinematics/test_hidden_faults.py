@@ -14,8 +14,9 @@ from plantigrade.kinematics.joint_distances import (
     late_notes,
     segment_of_leg,
 )
+from plantigrade.kinematics.knee_height import knee_notes
 from plantigrade.kinematics.marker_doubts import scale_notes, vertical_scale
-from plantigrade.kinematics.side_doubts import knee_notes, side_notes
+from plantigrade.kinematics.side_doubts import side_notes
 from plantigrade.kinematics.spine_doubts import sideways_notes, spine_notes, tilt_notes
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models.landmarks import attachments

@@ -5,7 +5,7 @@ import pytest
 
 from plantigrade.io import read
 from plantigrade.kinematics.fit import fit_markers
-from plantigrade.kinematics.label_repair import MIN_PRONATION_SINE, exchanged_wrists, thumb_side
+from plantigrade.kinematics.wrists import MIN_PRONATION_SINE, exchanged_wrists, thumb_side
 from plantigrade.models.markers import landmark_names
 from plantigrade.motion import Markers
 from tests.kinematics.test_fit import NAMES, markers_of, recording, walker

@@ -18,9 +18,9 @@ from plantigrade.trajopt.tasks.gait_settings import WalkSettings
 from plantigrade.trajopt.warm_start import WarmStart
 from plantigrade.trajopt.zhakatayev2023 import MOTIONS, paper_human
 from plantigrade.trajopt.zhakatayev2023.solve import equal_shares, plan_of
-from plantigrade.workflows.free_times import person, the_task
 from plantigrade.workflows.settings import SolveSettings
 from plantigrade.workflows.synthesize import in_words, run_of, status, synthesize_task
+from plantigrade.workflows.task import person, the_task
 from tests.conftest import QUICK_WALK
 from tests.test_self_check import carried
 

@@ -11,7 +11,7 @@ from plantigrade.control import Posture
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.pages.scene import build_scene
-from plantigrade.record.scene_objects import GroundPath
+from plantigrade.record.moving_ground import GroundPath
 from plantigrade.world import (
     Box,
     FloorShift,

@@ -79,14 +79,14 @@ class DisturbanceEstimator:
                 self._samples.append((velocity - before) / step - mean / body.mass)
         self._before = velocity, force
         samples = np.array(self._samples)
-        median, noise = _median(samples[-s.n_samples :]), _noise(samples)
+        estimate, noise = _median(samples[-s.n_samples :]), _noise(samples)
         deadband = s.noise_margin * MEDIAN_NOISE * noise
         if deadband > s.deadband:  # a mean of more ticks is late, but knows more
-            median = samples.mean(axis=0)
+            estimate = samples.mean(axis=0)
             deadband = s.noise_margin * np.sqrt(2.0) / len(samples) * noise
-        size = float(np.linalg.norm(median))
+        size = float(np.linalg.norm(estimate))
         deadband = max(deadband, s.deadband)
-        self.acceleration = median * min(max(size / deadband - 1.0, 0.0), 1.0)
+        self.acceleration = estimate * min(max(size / deadband - 1.0, 0.0), 1.0)
 
 
 def _median(samples: Array) -> Array:

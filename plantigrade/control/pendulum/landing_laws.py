@@ -145,7 +145,7 @@ class ReferenceTouchdown:
     stance_weight: float = 0.0
     #: Part of the foot that strikes, and of those after it; the rest if absent
     later_weight: float = 1.0
-    #: Part of the foot that strikes which the stance foot has in the reference: it is lifted sooner
+    #: Part that the stance foot has in the reference, and here, lifted sooner, leaves to the other
     transferred: float = 0.0
     slope: tuple[float, float] = (0.0, 0.0)  #: How far the ground rises ahead and to the left [rad]
 
@@ -177,8 +177,8 @@ class DivergentLaw:
 
     :math:`\xi = x + \dot x / \omega` [Hof2005]_. A constant offset of the foot from it makes any
     walk of a linear pendulum stable in one step ([Hof2008]_). In double support the old stance foot
-    still counts, with its weight; where it is lifted sooner than in the reference, the new one has
-    more of both.
+    still counts, with its weight. Where it is lifted sooner than in the reference, the part of its
+    weight that is left over passes to the foot that strikes.
     """
 
     def footsteps(

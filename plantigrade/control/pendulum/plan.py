@@ -267,11 +267,15 @@ class StepPlan:
         )
 
     def _sooner(self, stance_weight: float) -> float:
-        """Return how much less the stance foot counts after touchdown as it is lifted sooner.
+        """Return by how much the weight of the stance foot is less than in the reference [1].
 
-        After a push it is lifted once the other one may bear, while the recorded one gives its load
-        away over its double support. Slow walks, which have a long one, stepped too far to one side
-        and then to the other, and fell eight steps after the push.
+        After a push it is lifted ``transfer_time`` after touchdown, while the recorded one gives
+        its load away over a whole double support. With the recorded weight, slow walks, whose
+        double support is long, stepped too far to one side and then to the other, and fell eight
+        steps after the push.
+
+        Args:
+            stance_weight: Weight of the stance foot after touchdown in the reference [1].
         """
         if not self.push.felt:
             return 0.0

@@ -15,7 +15,7 @@ from plantigrade.pages.sections.tasks import active_bars
 from plantigrade.pages.shapes import convex_hull
 from plantigrade.pages.text import place_text
 from plantigrade.record import Record
-from plantigrade.record.scene_objects import GroundPath
+from plantigrade.record.moving_ground import GroundPath
 from plantigrade.side_names import without_side
 
 MAX_HULLS = 60  # support polygons that are drawn; more hide each other

@@ -52,10 +52,10 @@ LEG_DIAMETER = 0.1  # [m] approximate diameter of a leg
 PASSING_DISTANCE = 0.35  # [m] sagittal distance of feet within which the legs are close
 SAMPLE_SHARES = np.linspace(0.0, 1.0, 51)
 LEG_POINTS = {"femur": 7, "tibia": 8}
-"""Points along a thigh and a shank that meet the other leg."""
+"""Number of points along a thigh and a shank that are kept out of the other leg."""
 PROXIMAL_POINTS = 2
-"""Of them so many do not count from the hip on (the upper third of a thigh), nor from the knee on
-where a shank meets the other thigh."""
+"""Number of these, from the proximal end, that are left out: those of the upper third of a thigh,
+and those next to the knee of a shank against the other thigh."""
 BELLY_SPHERES = 4  # along the distal half of a thigh, next to a trunk that bends over it
 LEGS, ARMS, GROUND = "solid legs", "solid arms", "arms above the ground"
 
