@@ -72,7 +72,9 @@ TRACKING_WEIGHTS = {
     "mtp_angle": 0.5,
 }
 
-FLYING_NODES_PER_SECOND = 100.0  # [1/s] of runs and jumps; the task of running has 120
+FLYING_NODES_PER_SECOND = 100.0
+"""Nodes of runs and jumps [1/s]; the task of running has 120. With 60 and with 150, a run at 3 m/s
+is as near to the recording (3.9°) and has the same peak of force."""
 
 # [1] weight of toe torque relative to other joints, because toes are weak
 TOE_TORQUE_WEIGHTS = {"mtp_angle": 10.0}
