@@ -8,16 +8,15 @@ still above it.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+from scipy.ndimage import maximum_filter1d
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.constants import SIDES
 from plantigrade.control.gait.reference import STEP, ReferenceTables
+from plantigrade.control.gait.swing_lift import smooth, swings, with_lift
 from plantigrade.control.pendulum.swing import SwingPathSettings
-from plantigrade.motion.filters import runs
+from plantigrade.motion.blends import cubic_rise
 
 
 def with_clearance(
@@ -32,26 +31,19 @@ def with_clearance(
         leg_length: Length of the leg [m].
         of_side: Contact spheres of the right foot and of the left one.
     """
-    own = settings or SwingPathSettings()
-    found = replace(reference, table=reference.table.copy())
-    rows, periodic = found.rows, reference.period is not None
-    n = len(found.table) - int(periodic)
-    mode = "wrap" if periodic else "nearest"
-    for i, mine in enumerate(of_side[: len(SIDES)]):
-        stands = np.any(rows.contact[:n][:, mine] > 0.5, axis=1)
+    own, periodic = settings or SwingPathSettings(), reference.period is not None
+
+    def lift_of(stands: Array, low: Array) -> Array:
+        height = low[:, :, 2].min(axis=1)
         weight = _fading(stands, periodic, own.clearance_fading)
-        height = rows.contact_position[:n][:, mine, 2].min(axis=1)
         lack = np.maximum(own.clearance * leg_length * weight - height, 0.0) * (weight > 0.0)
-        wide = maximum_filter1d(lack, 2 * round(own.lift_time / STEP) + 1, mode=mode)
-        lift = gaussian_filter1d(wide, own.lift_smoothing / STEP, mode=mode) * weight
-        lift = gaussian_filter1d(lift, 0.5 * own.lift_smoothing / STEP, mode=mode)
-        lift -= _lowering(height, stands, periodic, own.landing_depth * leg_length, own)
-        lift = np.append(lift, lift[0]) if periodic else lift
-        speed = np.gradient(lift, STEP)
-        rows.foot_position[:, i, 2] += lift
-        rows.foot_velocity[:, i, 2] += speed
-        rows.foot_acceleration[:, i, 2] += np.gradient(speed, STEP)
-    return found
+        size, mode = 2 * round(own.lift_time / STEP) + 1, "wrap" if periodic else "nearest"
+        wide = maximum_filter1d(lack, size, mode=mode)
+        lift = smooth(wide, own.lift_smoothing, periodic=periodic) * weight
+        lift = smooth(lift, 0.5 * own.lift_smoothing, periodic=periodic)
+        return lift - _lowering(height, stands, periodic, own.landing_depth * leg_length, own)
+
+    return with_lift(reference, of_side, lift_of)
 
 
 def _fading(stands: Bool[Array, " n"], periodic: bool, end_share: float) -> Float[Array, " n"]:
@@ -59,14 +51,12 @@ def _fading(stands: Bool[Array, " n"], periodic: bool, end_share: float) -> Floa
 
     A swing that the end of a motion cuts has no middle that is known, and gets 0.
     """
-    n = len(stands)
-    rows, out = np.concatenate([stands, stands]) if periodic else stands, np.zeros(n)
-    for swing in runs(~rows):
-        if swing.start == 0 or swing.stop == len(rows):
-            continue
-        u = np.linspace(0.0, 1.0, swing.stop - swing.start)
-        share = np.minimum(np.minimum(u, 1.0 - u) / end_share, 1.0)
-        out[np.arange(swing.start, swing.stop) % n] = share * share * (3.0 - 2.0 * share)
+    n, out = len(stands), np.zeros(len(stands))
+    for swing in swings(stands, periodic=periodic):
+        if swing.start:
+            u = np.linspace(0.0, 1.0, swing.stop - swing.start)
+            rise = cubic_rise(np.minimum(u, 1.0 - u) / end_share)
+            out[np.arange(swing.start, swing.stop) % n] = rise
     return out
 
 
@@ -88,10 +78,9 @@ def _lowering(
         depth: Depth below the ground at which a swing ends [m].
         settings: In which part of a swing, and for how long after it.
     """
-    n = len(stands)
-    rows, out = np.concatenate([stands, stands]) if periodic else stands, np.zeros(n)
-    for swing in runs(~rows):
-        if swing.start == 0 or swing.stop == len(rows):
+    n, out = len(stands), np.zeros(len(stands))
+    for swing in swings(stands, periodic=periodic):
+        if not swing.start:
             continue
         u = np.arange(swing.stop - swing.start) / (swing.stop - swing.start)
         share = np.maximum(1.0 - (1.0 - u) / settings.landing_share, 0.0)

@@ -6,16 +6,14 @@ sooner, with a foot that still moves, or later.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.control.gait.reference import STEP, ReferenceTables
-from plantigrade.motion.filters import runs
+from plantigrade.control.gait.swing_lift import smooth, swings, with_lift
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,37 +44,25 @@ def with_approach(
     Args:
         of_side: Contact spheres of the right foot and of the left one.
     """
-    settings = settings or ApproachSettings()
-    found = replace(reference, table=reference.table.copy())
-    rows, periodic = found.rows, reference.period is not None
-    n = len(found.table) - int(periodic)
-    mode = "wrap" if periodic else "nearest"
-    up = 1.0 / ground.normal[2]
-    for i, own in enumerate(of_side[: len(SIDES)]):
-        stands = np.any(rows.contact[:n][:, own] > 0.5, axis=1)
-        low = rows.contact_position[:n][:, own]
+    settings, periodic = settings or ApproachSettings(), reference.period is not None
+
+    def lift_of(stands: Array, low: Array) -> Array:
         height = (low @ ground.normal - ground.under(low)).min(axis=1)
         lift = np.maximum(_least_height(stands, periodic, settings) - height, 0.0)
         lift[stands] = 0.0
-        lift = gaussian_filter1d(lift, settings.smoothing_time / STEP, mode=mode)
+        lift = smooth(lift, settings.smoothing_time, periodic=periodic)
         lift[stands] = 0.0
-        lift = np.append(lift, lift[0]) if periodic else lift
-        speed = np.gradient(lift, STEP)
-        rows.foot_position[:, i, 2] += up * lift
-        rows.foot_velocity[:, i, 2] += up * speed
-        rows.foot_acceleration[:, i, 2] += up * np.gradient(speed, STEP)
-    return found
+        return lift
+
+    return with_lift(reference, of_side, lift_of, 1.0 / ground.normal[2])
 
 
 def _least_height(
     stands: Bool[Array, " n"], periodic: bool, settings: ApproachSettings
 ) -> Float[Array, " n"]:
     """Return the least height of the sole at every instant [m]; none in stance."""
-    n = len(stands)
-    rows, out = np.concatenate([stands, stands]) if periodic else stands, np.zeros(n)
-    for swing in runs(~rows):
-        if swing.stop == len(rows) or (periodic and swing.start == 0):
-            continue
+    n, out = len(stands), np.zeros(len(stands))
+    for swing in swings(stands, periodic=periodic):
         k = np.arange(swing.start, swing.stop)
         since = k - swing.start if swing.start else np.full(len(k), len(k))
         ramp = settings.speed * STEP * np.minimum(since, swing.stop - k)
