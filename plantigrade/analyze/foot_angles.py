@@ -26,7 +26,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.spatial.conventions import unit_vectors
+from plantigrade.spatial.conventions import axes_along, unit_vectors
 
 Paths = Mapping[str, Float[Array, "n_frames 3"]]
 """Landmark, without side → path of its marker [m]; NaN while hidden."""
@@ -119,10 +119,10 @@ def segment_axes(
     axes = {
         "tibia": tibia,
         "hindfoot": _hindfoot(seen, standing),
-        "forefoot": _turned(_onto(fore["metatarsal_2_head"], *sole) - middle, left),
+        "forefoot": axes_along(_onto(fore["metatarsal_2_head"], *sole) - middle, left),
     }
     if "hallux" in seen:
-        axes["hallux"] = _turned(seen["hallux"] - head_1, left)
+        axes["hallux"] = axes_along(seen["hallux"] - head_1, left)
     return axes
 
 
@@ -179,7 +179,7 @@ def steadied(seen: Paths, names: tuple[str, ...]) -> dict[str, Float[Array, "n_f
     result = {}
     for i, name in enumerate(here):
         second, first, last = (seen[here[(i + k) % 4]] for k in (1, 2, 3))
-        frame = (first, _turned(second - first, first - last))
+        frame = (first, axes_along(second - first, first - last))
         given = _carried(frame, frame, seen[name])
         both = np.where(np.isfinite(given), 0.5 * (seen[name] + given), seen[name])
         result[name] = np.where(np.isfinite(seen[name]), both, given)
@@ -217,19 +217,12 @@ def _hindfoot(seen: Paths, standing: Paths) -> np.ndarray:
 
 def _forefoot_frame(fore: Paths) -> tuple[np.ndarray, np.ndarray]:
     base_1, head_5, toe, base_5 = (fore[name] for name in FOREFOOT)
-    return base_1, _turned(base_1 - head_5, toe - base_5)
+    return base_1, axes_along(base_1 - head_5, toe - base_5)
 
 
 def _hindfoot_frame(hind: Paths) -> tuple[np.ndarray, np.ndarray]:
     heel, lateral, medial = (hind[name] for name in HINDFOOT[:3])
-    return heel, _turned(heel - 0.5 * (lateral + medial), medial - lateral)
-
-
-def _turned(x: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """Return axes whose first is ``x`` and whose second is as close as possible to ``near``."""
-    x = unit_vectors(x)
-    z = unit_vectors(np.cross(x, near))
-    return np.stack([x, np.cross(z, x), z], axis=-1)
+    return heel, axes_along(heel - 0.5 * (lateral + medial), medial - lateral)
 
 
 def _carried(here, there, point: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from plantigrade.analyze.gait import gait_measures
 from plantigrade.analyze.trial import Trial
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.dynamics.derivatives import continuous, differentiate
+from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.errors import ReproduceError
 from plantigrade.kinematics.contacts import stances
 from plantigrade.kinematics.ground_level import moving_ground
@@ -29,6 +29,7 @@ from plantigrade.ordered_tasks.cycle_repetition import find_loop, repeat_cycle
 from plantigrade.ordered_tasks.gait_reference import GaitReference, reference_of
 from plantigrade.ordered_tasks.phases import ordered_events, walking_events
 from plantigrade.record import Record
+from plantigrade.spatial.conventions import continuous_poses
 
 MAX_HEIGHT_DIFFERENCE = 0.06  #: Of feet that stand on level ground [m]
 MIN_EVENTS = 3  #: Gait events in sequence that make two phases, the least that can be rebuilt
@@ -77,7 +78,7 @@ class RecordedWalk:
     def over_ground(self) -> Motion:
         """Return the motion over ground that rests."""
         motion = self.motion
-        qpos = continuous(motion.qpos)
+        qpos = continuous_poses(motion.qpos)
         qpos[:, :3] -= self.ground
         time = even_clock(motion.time)
         smooth = differentiate(self.human, time, qpos, None)

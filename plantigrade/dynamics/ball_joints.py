@@ -22,7 +22,7 @@ from plantigrade.constants import SIDES
 from plantigrade.kinematics.shoulders import ARM, arms_of, equivalent_angles
 from plantigrade.models import Human
 from plantigrade.models.coordinates import coordinate_of
-from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
+from plantigrade.spatial.conventions import continuous, wxyz_to_xyzw, xyzw_to_wxyz
 
 MIN_ABDUCTION_SINE = np.sin(np.deg2rad(60.0))
 """Sine of the abduction above which a shoulder is treated as one rotation."""
@@ -49,10 +49,7 @@ class BallJoint:
         """Return the rotations of the upper arm, ``wxyz``, with continuous sign."""
         from scipy.spatial.transform import Rotation
 
-        quat = xyzw_to_wxyz(Rotation.from_euler("YXZ", angles * self._sign).as_quat())
-        dots = np.einsum("ij,ij->i", quat[1:], quat[:-1])
-        quat[1:] *= np.cumprod(np.where(dots < 0, -1.0, 1.0))[:, None]
-        return quat
+        return continuous(xyzw_to_wxyz(Rotation.from_euler("YXZ", angles * self._sign).as_quat()))
 
     def angles(self, quat: Float[Array, "n 4"], near: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
         """Return the angles of rotations nearest to given angles [rad]."""

@@ -27,6 +27,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.models import Human
 from plantigrade.motion.filters import check_time, lowpass
 from plantigrade.motion.recording import even_clock
+from plantigrade.spatial.conventions import continuous_poses
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ def differentiate(
     time = even_clock(time)
     shoulders = ball_joints(human, qpos)
     quaternions = [each.quaternions(qpos[:, 7:][:, each.hinges]) for each in shoulders]
-    smooth = np.hstack([continuous(qpos), *quaternions])
+    smooth = np.hstack([continuous_poses(qpos), *quaternions])
     if cutoff is not None:
         smooth = smoothed(time, smooth, cutoff)
     turns = [slice(3, 7), *(slice(k, k + 4) for k in range(human.model.nq, smooth.shape[1], 4))]
@@ -83,14 +84,6 @@ def differentiate(
         spins = (_spin(smooth, s, at) for s in (first, second))
         velocity[:, k - 1], acceleration[:, k - 1] = each.rates(smooth[:, k], *spins)
     return MotionDerivatives(smooth[:, : human.model.nq], velocity, acceleration)
-
-
-def continuous(qpos: Float[Array, "n_frames nq"]) -> Float[Array, "n_frames nq"]:
-    """Return the configurations with quaternions that do not change sign between frames."""
-    result = np.array(qpos, dtype=float)
-    dots = np.einsum("ij,ij->i", result[1:, 3:7], result[:-1, 3:7])
-    result[1:, 3:7] *= np.cumprod(np.where(dots < 0, -1.0, 1.0))[:, None]
-    return result
 
 
 def smoothed(

@@ -17,6 +17,7 @@ from plantigrade.io.osim_body import OsimHuman
 from plantigrade.io.osim_shapes import foot_bodies
 from plantigrade.kinematics.state import sweep
 from plantigrade.motion.recording import even_clock
+from plantigrade.spatial.conventions import continuous_poses
 
 
 @dataclass(frozen=True)
@@ -45,9 +46,7 @@ def osim_motion(
     """
     time = even_clock(time)
     u = u if cutoff is None else smoothed(time, u, cutoff)
-    qpos = human.poses(u)
-    signs = np.where(np.einsum("ij,ij->i", qpos[1:, 3:7], qpos[:-1, 3:7]) < 0, -1.0, 1.0)
-    qpos[1:, 3:7] *= np.cumprod(signs)[:, None]
+    qpos = continuous_poses(human.poses(u))
     rates, _ = slopes(time, u)
     qvel = np.stack([human.slopes(now) @ rate for now, rate in zip(u, rates, strict=True)])
     return OsimMotion(time, u, qpos, qvel, slopes(time, qvel)[0])

@@ -21,7 +21,7 @@ from plantigrade.record import Run
 from plantigrade.skin import Skin
 from plantigrade.skin.dressed import dressed_mesh
 from plantigrade.skin.surface import weights_in_255ths
-from plantigrade.spatial.conventions import rotation_matrix
+from plantigrade.spatial.conventions import continuous, rotation_matrix, unit_vectors
 
 N_SIDES = 16
 """Corners of the circles of capsules: smooth to the eye at half the size of 24."""
@@ -290,11 +290,9 @@ def _arrow() -> GltfSurface:
 
 def _pointing(direction: Float[Array, "n 3"]) -> Float[Array, "n 4"]:
     """Return the rotations, ``xyzw``, that bring the z axis to directions."""
-    unit = direction / np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-12)
-    half = unit + [0.0, 0.0, 1.0]  # a force on the body never points straight down
-    half /= np.maximum(np.linalg.norm(half, axis=1, keepdims=True), 1e-12)
-    across = np.cross([0.0, 0.0, 1.0], half)
-    return _continuous(np.column_stack([across, half[:, 2]]))
+    # a force on the body never points straight down
+    half = unit_vectors(unit_vectors(direction) + [0.0, 0.0, 1.0])
+    return continuous(np.column_stack([np.cross([0.0, 0.0, 1.0], half), half[:, 2]]))
 
 
 def surface_of(shape: Shape) -> GltfSurface:
@@ -306,13 +304,7 @@ def surface_of(shape: Shape) -> GltfSurface:
 
 def _quaternions(rotations: Float[Array, "n 3 3"]) -> Float[Array, "n 4"]:
     """Return quaternions ``xyzw`` that go the short way from frame to frame."""
-    return _continuous(Rotation.from_matrix(rotations).as_quat())
-
-
-def _continuous(quats: Float[Array, "n 4"]) -> Float[Array, "n 4"]:
-    flips = np.where((quats[1:] * quats[:-1]).sum(axis=1) < 0, -1.0, 1.0)
-    quats = quats * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
-    return quats / np.linalg.norm(quats, axis=1, keepdims=True)
+    return continuous(Rotation.from_matrix(rotations).as_quat())
 
 
 def dressed_surfaces(skin: Skin) -> dict[str, GltfSurface]:

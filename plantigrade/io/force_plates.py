@@ -31,6 +31,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.io.c3d_file import C3dFile
 from plantigrade.motion.plate_baseline import baseline_note, unloaded
 from plantigrade.motion.recording import ForcePlate
+from plantigrade.spatial.conventions import axes_along
 
 COP_THRESHOLD = 10.0  # [N] minimum vertical force for a centre of pressure
 
@@ -127,10 +128,8 @@ def plate_axes(corners: Float[Array, "4 3"]) -> Float[Array, "3 3"]:
     """
     x = corners[0] + corners[3] - corners[1] - corners[2]
     y = corners[0] + corners[1] - corners[2] - corners[3]
-    z = np.cross(x, y)
     with np.errstate(all="ignore"):
-        x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
-    return np.stack([x, np.cross(z, x), z], axis=1)
+        return axes_along(x, y)
 
 
 def plate_corners(file: C3dFile) -> Float[Array, "n_plates 4 3"]:

@@ -39,6 +39,7 @@ from plantigrade.models.parts import MIRROR
 from plantigrade.motion import Markers
 from plantigrade.motion.distances import distances
 from plantigrade.side_names import split_side
+from plantigrade.spatial.conventions import about_vertical
 
 TRUNK_BODIES = {"pelvis", "abdomen", "torso", "lower_thorax", "thorax", "clavicle_r", "clavicle_l"}
 # bodies that rotate freely about their length
@@ -330,18 +331,15 @@ def _facing_x(
     The direction is that of the smallest mean distance (not squared): a pair of exchanged labels
     does not turn it.
     """
-    turned = np.full_like(frames, np.nan)
-    c, s = np.cos(_YAWS), np.sin(_YAWS)
+    turned, turns = np.full_like(frames, np.nan), about_vertical(_YAWS)
     for f, frame in enumerate(frames):
         seen = np.isfinite(frame[:, 0])
         use = seen & trunk if (seen & trunk).sum() >= MIN_TRUNK_MARKERS else seen
         a, b = standing[use], frame[use]
-        ahead = c[:, None] * b[:, 0] + s[:, None] * b[:, 1]
-        aside = -s[:, None] * b[:, 0] + c[:, None] * b[:, 1]
-        away = np.stack([ahead, aside, np.broadcast_to(b[:, 2], ahead.shape)], axis=-1) - a
+        away = b @ turns - a
         away -= np.median(away, axis=1, keepdims=True)
         k = np.linalg.norm(away, axis=-1).mean(axis=1).argmin()
-        turned[f] = frame @ np.array([[c[k], -s[k], 0], [s[k], c[k], 0], [0, 0, 1.0]])
+        turned[f] = frame @ turns[k]
     return turned
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.kinematics.state import CROSS
+from plantigrade.spatial.conventions import matrices
 
 ZERO_LENGTH = 1e-9  # [m] length or sine below which a vector counts as zero
 HALF_TURN_TOLERANCE = 1e-12  # [1] 1 + cosine below which a rotation is a half-turn
@@ -169,7 +170,7 @@ def hinge_turn(angles: Float[Array, "*n 3"], sign: float) -> Float[Array, "*n 3 
         (cb * sc, cb * cc, -sb),
         (ca * sb * sc - sa * cc, ca * sb * cc + sa * sc, ca * cb),
     )
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    return matrices(rows)
 
 
 def plane_slopes(share, x, z, middle, level):

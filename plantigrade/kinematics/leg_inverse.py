@@ -19,7 +19,12 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.models import Human
-from plantigrade.spatial.conventions import about_axis, rotation_matrix, within_half_turn
+from plantigrade.spatial.conventions import (
+    about_axis,
+    axes_along,
+    rotation_matrix,
+    within_half_turn,
+)
 
 HIP = ("hip_flexion", "hip_adduction", "hip_rotation")
 KNEE = ("knee_angle", "knee_adduction", "knee_rotation")
@@ -101,7 +106,7 @@ class _Leg:
         straight = k + np.einsum("nij,nj->ni", about_axis(a, recorded), shank)
         old = np.einsum("nij,nj->ni", before, straight)
         carried = _shortest(old, line) @ (before @ a)[:, :, None]
-        hip = _frame(line, carried[:, :, 0]) @ _frame(leg, a).transpose(0, 2, 1)
+        hip = axes_along(line, carried[:, :, 0]) @ axes_along(leg, a).transpose(0, 2, 1)
         # The ankle takes what is left.
         tibia = hip @ about_axis(a, knee) @ beyond
         left = tibia.transpose(0, 2, 1) @ foot
@@ -151,14 +156,6 @@ def _shortest(one: Array, other: Array) -> Float[Array, "n 3 3"]:
     K = np.zeros((len(u), 3, 3))
     K[:, (2, 0, 1), (1, 2, 0)], K[:, (1, 2, 0), (2, 0, 1)] = v, -v
     return np.eye(3) + K + K @ K / np.maximum(1.0 + c, 1e-9)[:, None, None]
-
-
-def _frame(first: Array, second: Array) -> Float[Array, "n 3 3"]:
-    """Return frames of a direction and another, made perpendicular to it."""
-    u = first / np.sqrt((first * first).sum(axis=1, keepdims=True))
-    v = second - (u * second).sum(axis=1, keepdims=True) * u
-    v = v / np.sqrt((v * v).sum(axis=1, keepdims=True))
-    return np.stack([u, v, np.cross(u, v)], axis=2)
 
 
 def _angle(axis: Array, one: Array, other: Array) -> Float[Array, " n"]:

@@ -2,10 +2,10 @@
 
 import mujoco
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from plantigrade.constants import SIDES
 from plantigrade.data_files import named_numbers
+from plantigrade.kinematics.ground_normal import smallest_turn
 from plantigrade.kinematics.inverse import InverseKinematics, Terms
 from plantigrade.kinematics.shoulders import arm_starts
 from plantigrade.kinematics.skeleton_source import SkeletonSource
@@ -14,7 +14,7 @@ from plantigrade.kinematics.unmeasured_joints import measured_hinges
 from plantigrade.models import Human
 from plantigrade.models.anatomy import hip, lumbar, shoulder
 from plantigrade.models.coordinates import coordinate_of
-from plantigrade.spatial.conventions import unit_vectors
+from plantigrade.spatial.conventions import about_vertical, unit_vectors
 
 # Joints and the part distal to each.
 CENTRES = {
@@ -289,20 +289,12 @@ class SkeletonTargets:
 
 def _swing(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the smallest rotation that takes direction ``a`` to ``b``."""
-    a, b = unit_vectors(a), unit_vectors(b)
-    axis, cosine = np.cross(a, b), float(a @ b)
-    size = np.linalg.norm(axis)
-    if size < 1e-9:
-        return np.eye(3) if cosine > 0 else Rotation.from_rotvec(np.pi * np.eye(3)[0]).as_matrix()
-    return Rotation.from_rotvec(axis / size * np.arctan2(size, cosine)).as_matrix()
+    return smallest_turn(unit_vectors(a)[None], unit_vectors(b)[None])[0][0]
 
 
 def _yaw(direction: np.ndarray) -> np.ndarray:
     """Return rotations about the vertical that turn x towards ``direction``."""
-    c, s = np.moveaxis(unit_vectors(direction[..., :2]), -1, 0)
-    zero, one = np.zeros_like(c), np.ones_like(c)
-    rows = [[c, -s, zero], [s, c, zero], [zero, zero, one]]
-    return np.stack([np.stack(r, axis=-1) for r in rows], axis=-2)
+    return about_vertical(np.arctan2(direction[..., 1], direction[..., 0]))
 
 
 def _mean_rotation(R: np.ndarray) -> np.ndarray:

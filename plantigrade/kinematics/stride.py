@@ -21,6 +21,8 @@ from plantigrade.motion import Motion
 from plantigrade.motion.cycles import MAX_CYCLE, MIN_CYCLE, cut_cycles
 from plantigrade.motion.filters import runs
 from plantigrade.spatial.conventions import (
+    about_vertical,
+    continuous,
     pelvis_angles_to_quaternion,
     pelvis_rates_to_free_joint,
     quaternion_to_pelvis_angles,
@@ -347,8 +349,7 @@ def _coordinates(
     turn = float(np.arctan2(way[1], way[0])) if np.linalg.norm(way) > MIN_TRAVEL else 0.0
     if middle:
         turn = float(quaternion_to_pelvis_angles(part.qpos[:, 3:7])[[0, -1], 2].mean())
-    c, s = np.cos(turn), np.sin(turn)
-    place[:, :2] = place[:, :2] @ np.array([[c, -s], [s, c]])
+    place[:, :2] = place[:, :2] @ about_vertical(turn)[:2, :2]
     # As a whole: tilt and list are about axes of the world, which do not turn with the walk.
     angles = quaternion_to_pelvis_angles(turned(part.qpos[:, 3:7], -turn))
     middle = angles[:, 2].mean()
@@ -386,8 +387,7 @@ def _stride(
     rate, bend = spline(time, 1), spline(time, 2)
     rate[:, 0] += way[-1, 0] / period
     turn, _ = pelvis_rates_to_free_joint(values[:, 3:6], rate[:, 3:6], bend[:, 3:6])
-    quat = pelvis_angles_to_quaternion(values[:, 3:6])
-    quat[1:] *= np.cumprod(np.where(np.sum(quat[1:] * quat[:-1], axis=1) < 0, -1.0, 1.0))[:, None]
+    quat = continuous(pelvis_angles_to_quaternion(values[:, 3:6]))
     qpos = np.hstack([values[:, :3], quat, values[:, 6:]])
     qpos[:, 2] -= np.median(lowest(human, qpos))
     qvel = np.hstack([rate[:, :3], turn, rate[:, 6:]])

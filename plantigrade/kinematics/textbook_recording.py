@@ -13,6 +13,7 @@ from plantigrade.kinematics.textbook_walk import TextbookWalk, textbook_walk
 from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
 from plantigrade.motion import Markers, Recording, Subject
+from plantigrade.spatial.conventions import about_vertical
 
 __all__ = ["TextbookWalk", "recorded", "textbook_walk"]
 
@@ -107,9 +108,7 @@ def _turned(human: Human, places, local: np.ndarray, torsion: float) -> np.ndarr
             continue
         angle = torsion if side == "l" else -torsion
         centre = origins[f"foot_{side}"] - origins[place.body]
-        c, s = np.cos(angle), np.sin(angle)
-        x, y = (local[i] - centre)[:2]
-        local[i, :2] = centre[:2] + [c * x - s * y, s * x + c * y]
+        local[i] = centre + about_vertical(angle) @ (local[i] - centre)
     return local
 
 

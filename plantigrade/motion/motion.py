@@ -11,7 +11,12 @@ from plantigrade.errors import CoordinateNotFound, known_names
 from plantigrade.motion.filters import resample
 from plantigrade.motion.recording import GaitEvent, rate_of
 from plantigrade.motion.views import curves_of, dataframe, plot_curves, summary, table_html
-from plantigrade.spatial.conventions import OPENSIM_TO_WORLD, PELVIS, quaternion_to_pelvis_angles
+from plantigrade.spatial.conventions import (
+    OPENSIM_TO_WORLD,
+    PELVIS,
+    continuous_poses,
+    quaternion_to_pelvis_angles,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,10 +105,7 @@ class Motion:
 
     def at(self, time: Float[Array, " n"]) -> "Motion":
         """Return the motion at other times [s], by cubic splines; NaN before and after it."""
-        flips = np.einsum("ij,ij->i", self.qpos[1:, 3:7], self.qpos[:-1, 3:7]) < 0
-        qpos = self.qpos.copy()
-        qpos[1:, 3:7] *= np.cumprod(np.where(flips, -1.0, 1.0))[:, None]
-        qpos = resample(self.time, qpos, time)
+        qpos = resample(self.time, continuous_poses(self.qpos), time)
         qpos[:, 3:7] /= np.linalg.norm(qpos[:, 3:7], axis=1, keepdims=True)
         qvel = resample(self.time, self.qvel, time)
         qacc = None if self.qacc is None else resample(self.time, self.qacc, time)
@@ -144,9 +146,7 @@ def resampled(motion: Motion, time: Float[Array, " n"]) -> Motion:
     """Return a motion at other times [s], interpolated, and constant beyond its ends."""
     if np.array_equal(motion.time, time):
         return motion
-    qpos = motion.qpos.copy()
-    turned = np.sum(qpos[1:, 3:7] * qpos[:-1, 3:7], axis=1) < 0  # equal rotation with opposite sign
-    qpos[1:, 3:7] *= np.where(np.cumsum(turned) % 2, -1.0, 1.0)[:, None]
+    qpos = continuous_poses(motion.qpos)
     here, speed = (interpolate(time, motion.time, values) for values in (qpos, motion.qvel))
     here[:, 3:7] /= np.linalg.norm(here[:, 3:7], axis=1, keepdims=True)
     return Motion(time, here, speed, motion.joint_names, events=motion.events)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from plantigrade.motion.recording import Recording
+from plantigrade.spatial.conventions import about_vertical
 
 
 def turn(recording: Recording, angle: float) -> Recording:
@@ -17,10 +18,9 @@ def turn(recording: Recording, angle: float) -> Recording:
     """
     if angle == 0:
         return recording
-    c, s = np.cos(angle), np.sin(angle)
+    R = about_vertical(angle)
     if abs(angle / (np.pi / 2) - round(angle / (np.pi / 2))) < 1e-12:
-        c, s = float(round(c)), float(round(s))
-    R = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+        R = R.round()
     markers, skeleton = recording.markers, recording.skeleton
     if markers is not None:
         markers = replace(markers, positions=markers.positions @ R.T)

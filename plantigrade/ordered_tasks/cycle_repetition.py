@@ -15,7 +15,13 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.models import Human
 from plantigrade.models.mirror import mirrored_name
-from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
+from plantigrade.spatial.conventions import (
+    about_vertical,
+    rotation_matrix,
+    turned,
+    wxyz_to_xyzw,
+    xyzw_to_wxyz,
+)
 
 LEG_COORDINATES = ("hip_flexion", "hip_adduction", "knee_angle", "ankle_angle")
 AXIAL_COORDINATES = ("bending", "rotation")  # trunk coordinates that change sign under mirroring
@@ -127,43 +133,36 @@ def repeat_cycle(
         last += 0.5 * (image[1] - image[0] + qpos[-1] - qpos[-2])
         turn += 0.5 * (np.diff(_heading(image[:2]))[0] + heading[-1] - heading[-2])
     gap = image[0] - last
-    upright = _about_vertical(-heading) * _root(qpos)
-    initial = (_about_vertical(-_heading(image[:1])) * _root(image[:1]))[0]
+    upright = _rotations(turned(qpos[:, 3:7], -heading))
+    initial = _rotations(turned(image[0, 3:7], -_heading(image[:1])[0]))
     lean = (initial * upright[-1].inv()).as_rotvec() if loop.repeats_first_frame else np.zeros(3)
     share = (np.arange(m) / m)[:, None]
     one = qpos[:m].copy()
     one[:, 2] += gap[2] * share[:, 0]
     one[:, 7:] += gap[7:] * share
     leaning = Rotation.from_rotvec(lean * share) * upright[:m]
-    one[:, 3:7] = xyzw_to_wxyz((_about_vertical(heading[:m]) * leaning).as_quat())
+    one[:, 3:7] = turned(xyzw_to_wxyz(leaning.as_quat()), heading[:m])
     pieces = [(one, heading[0], turn, last[:2] - qpos[0, :2])]
     if loop.mirrored:
         pieces.append((mirror(human, one), -heading[0], -turn, pieces[0][3] * [1.0, -1.0]))
     cycles, place, facing = [], qpos[0, :2], heading[0]
     for _ in range(times):
         for piece, begin, more, way in pieces:
-            turned = _about_vertical(np.full(1, facing - begin))[0]
-            flat = turned.as_matrix()[:2, :2]
+            flat = about_vertical(facing - begin)[:2, :2]
             cycle = piece.copy()
             cycle[:, :2] = place + (piece[:, :2] - piece[0, :2]) @ flat.T
-            cycle[:, 3:7] = xyzw_to_wxyz((turned * _root(piece)).as_quat())
+            cycle[:, 3:7] = turned(piece[:, 3:7], facing - begin)
             cycles.append(cycle)
             place, facing = place + flat @ way, facing + more
     whole = np.concatenate(cycles)
     return time[0] + loop.period / m * np.arange(len(whole)), whole
 
 
-def _root(qpos: Float[Array, "n nq"]) -> Rotation:
-    """Return the rotations of the root."""
-    return Rotation.from_quat(wxyz_to_xyzw(qpos[:, 3:7]))
+def _rotations(quat: Float[Array, "*n 4"]) -> Rotation:
+    return Rotation.from_quat(wxyz_to_xyzw(quat))
 
 
 def _heading(qpos: Float[Array, "n nq"]) -> Float[Array, " n"]:
     """Return the heading of the pelvis about the vertical [rad]."""
-    forward = _root(qpos).apply([1.0, 0.0, 0.0])
+    forward = rotation_matrix(qpos[:, 3:7])[:, :, 0]
     return np.unwrap(np.arctan2(forward[:, 1], forward[:, 0]))
-
-
-def _about_vertical(angle: Float[Array, " n"]) -> Rotation:
-    """Return rotations about the vertical."""
-    return Rotation.from_rotvec(angle[:, None] * [0.0, 0.0, 1.0])

@@ -51,13 +51,14 @@ from scipy.interpolate import BPoly
 from scipy.linalg import solve_banded
 
 from plantigrade.arrays import Array, Float
-from plantigrade.dynamics.derivatives import MotionDerivatives, continuous, differentiate
+from plantigrade.dynamics.derivatives import MotionDerivatives, differentiate
 from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.ordered_tasks.gait import GaitSettings, GaitTasks, gait_order, phase_ends
 from plantigrade.ordered_tasks.gait_reference import GaitReference
 from plantigrade.ordered_tasks.gait_support import GaitSupport
 from plantigrade.ordered_tasks.schedule import ContactSchedule
+from plantigrade.spatial.conventions import continuous_poses
 from plantigrade.wbc.order import TaskOrder
 from plantigrade.wbc.tasks import (
     AngularMomentumTask,
@@ -183,7 +184,7 @@ def curve_through(
         postures: Configurations; either sign of the quaternion.
         interval: Time between samples [s].
     """
-    postures = continuous(postures)
+    postures = continuous_poses(postures)
     rates = np.empty_like(postures)
     for posture, velocity, rate in zip(postures, velocities, rates, strict=True):
         ahead, behind = posture.copy(), posture.copy()

@@ -34,13 +34,13 @@ from scipy.interpolate import CubicSpline
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.dynamics.derivatives import continuous
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.ordered_tasks.gait_reference import GaitReference
 from plantigrade.ordered_tasks.phases import Phase
 from plantigrade.ordered_tasks.schedule import ContactSchedule
+from plantigrade.spatial.conventions import continuous_poses
 from plantigrade.wbc.order import UPPER_BODY, TaskOrder
 from plantigrade.wbc.tasks import ComTask, ContactTask, FloorTask, PointTask, Task, TimedPosture
 
@@ -156,7 +156,7 @@ def rates_through(
     human: Human, time: Float[Array, " n"], postures: Float[Array, "n nq"]
 ) -> Float[Array, "n nv"]:
     """Return the velocities of the natural cubic spline through postures at its knots."""
-    curve, h = CubicSpline(time, continuous(postures), bc_type="natural"), 1e-3
+    curve, h = CubicSpline(time, continuous_poses(postures), bc_type="natural"), 1e-3
 
     def at(t: float) -> Array:
         qpos = curve(t)

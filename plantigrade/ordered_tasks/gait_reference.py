@@ -14,7 +14,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.contact.site import contact_sites
-from plantigrade.dynamics.derivatives import continuous, differentiate
+from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.errors import ReproduceError
 from plantigrade.kinematics.contacts import foot_contacts
 from plantigrade.kinematics.fitted_soles import on_own_soles
@@ -28,6 +28,7 @@ from plantigrade.motion.filters import resample
 from plantigrade.motion.recording import even_clock, rate_of
 from plantigrade.ordered_tasks.phases import Phase, phases_between, walking_events
 from plantigrade.ordered_tasks.stationary_contacts import stationary_contacts
+from plantigrade.spatial.conventions import continuous_poses
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,7 @@ def reference_of(
             "Give a recording with at least two steps of walking"
         )
     time = even_clock(time)
-    qpos = continuous(qpos)
+    qpos = continuous_poses(qpos)
     if ground is not None:
         qpos[:, :3] -= ground
     contact = sole_paths(human, qpos)

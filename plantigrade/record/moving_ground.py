@@ -8,6 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.notes import Info
 from plantigrade.record.record import Record
+from plantigrade.spatial.conventions import matrices
 
 PLACE = "ground.place"
 """Shift forward and left [m], tilt up in front and up on the left [rad], of every frame."""
@@ -46,7 +47,7 @@ class GroundPath:
         zero = np.zeros_like(x)
         # First up in front, about the axis to the right, then up on the left, about its own x.
         rows = [[c, -s * m, -s * k], [zero, k, -m], [s, c * m, c * k]]
-        rotation = np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+        rotation = matrices(rows)
         return cls(record.motion.time, np.stack([x, y, zero], axis=1), rotation)
 
     def inward(self, points: Float[Array, "n k 3"]) -> Float[Array, "n k 3"]:

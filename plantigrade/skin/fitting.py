@@ -17,6 +17,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.models.feet import point, sphere_radius
 from plantigrade.skin.bones import Bones, completed
 from plantigrade.skin.surface import MIRRORED, Surface
+from plantigrade.spatial.conventions import axes_along
 
 if TYPE_CHECKING:
     from plantigrade.models.anatomy import Dimensions
@@ -325,12 +326,4 @@ def _stretch(along: Array, length: float, breadth: float) -> Array:
 
 def _turn(along: Array, other: Array, zero_along: Array, zero_other: Array) -> Array:
     """Return the rotation that brings two directions of the zero pose to those of the surface."""
-    return _frame(along, other) @ _frame(zero_along, zero_other).T
-
-
-def _frame(along: Array, other: Array) -> Array:
-    """Return axes in columns: along, other made square to it, and their product."""
-    first = along / np.linalg.norm(along)
-    second = other - first * (other @ first)
-    second /= np.linalg.norm(second)
-    return np.stack([first, second, np.cross(first, second)], axis=1)
+    return axes_along(along, other) @ axes_along(zero_along, zero_other).T

@@ -5,6 +5,7 @@
 * Free joint: MuJoCo's velocity is linear in world axes and angular in body axes.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
 from math import atan2, cos, hypot, sin
 from typing import Any
@@ -41,6 +42,11 @@ def rotation_matrix(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 3 3"]:
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
+    return matrices(rows)
+
+
+def matrices(rows: Sequence[Sequence[Array]]) -> Float[Array, "*n i j"]:
+    """Return matrices from their entries, an array each, row by row."""
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
@@ -51,15 +57,44 @@ def rotation_quaternion(rotation: Float[Array, "*n 3 3"]) -> Float[Array, "*n 4"
     return xyzw_to_wxyz(Rotation.from_matrix(rotation).as_quat())
 
 
-def about_vertical(angle: float) -> Float[Array, "3 3"]:
-    """Return the rotation about the vertical by an angle, to the left [rad].
+def continuous(quat: Float[Array, "n 4"]) -> Float[Array, "n 4"]:
+    """Return quaternions, in either order, that do not change sign from one to the next."""
+    flips = np.where((quat[1:] * quat[:-1]).sum(axis=1) < 0.0, -1.0, 1.0)
+    return quat * np.concatenate([[1.0], np.cumprod(flips)])[:, None]
+
+
+def continuous_poses(qpos: Float[Array, "n nq"]) -> Float[Array, "n nq"]:
+    """Return configurations of a body with a free root, its quaternion :func:`continuous`."""
+    return np.hstack([qpos[:, :3], continuous(qpos[:, 3:7]), qpos[:, 7:]])
+
+
+def about_vertical(angle: Float[Array, "*n"] | float) -> Float[Array, "*n 3 3"]:
+    """Return rotations about the vertical by angles, to the left [rad].
 
     Example:
         >>> (about_vertical(np.pi / 2) @ [1.0, 0.0, 0.0]).round(9) + 0.0
         array([0., 1., 0.])
     """
     c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    out = np.zeros((*np.shape(angle), 3, 3))
+    out[..., 0, 0] = out[..., 1, 1] = c
+    out[..., 0, 1], out[..., 1, 0], out[..., 2, 2] = -s, s, 1.0
+    return out
+
+
+def axes_along(first: Float[Array, "*n 3"], second: Float[Array, "*n 3"]) -> Float[Array, "*n 3 3"]:
+    """Return axes as columns: along a vector, along another made square to it, and their product.
+
+    Example:
+        >>> axes_along(np.array([2.0, 0.0, 0.0]), np.array([1.0, 0.0, 3.0])) + 0.0
+        array([[ 1.,  0.,  0.],
+               [ 0.,  0., -1.],
+               [ 0.,  1.,  0.]])
+    """
+    u = first / np.sqrt((first * first).sum(axis=-1, keepdims=True))
+    v = second - (u * second).sum(axis=-1, keepdims=True) * u
+    v = v / np.sqrt((v * v).sum(axis=-1, keepdims=True))
+    return np.stack([u, v, np.cross(u, v)], axis=-1)
 
 
 def surface_axes(normal: Float[Array, " 3"]) -> Float[Array, "3 3"]:
@@ -108,8 +143,8 @@ def within_half_turn(angle: Float[Array, "*n"] | float) -> Any:
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
-def turned(quat: Float[Array, "*n 4"], angle: float) -> Float[Array, "*n 4"]:
-    """Return orientations (``wxyz``) turned about the vertical by an angle, to the left [rad].
+def turned(quat: Float[Array, "*n 4"], angle: Float[Array, " n"] | float) -> Float[Array, "*n 4"]:
+    """Return orientations (``wxyz``) turned about the vertical by angles, to the left [rad].
 
     Example:
         >>> turned(np.array([1.0, 0, 0, 0]), np.pi).round(9) + 0.0
@@ -199,8 +234,7 @@ def _pelvis_rate_matrix(
         [s * cl * turn_rate + c * sl * lean_rate, -c * turn_rate, zero],
         [cl * lean_rate, zero, zero],
     ]
-    E, E_dot = (np.stack([np.stack(row, axis=-1) for row in m], axis=-2) for m in (E, E_dot))
-    return E, E_dot
+    return matrices(E), matrices(E_dot)
 
 
 def unit_vectors(vectors: Float[Array, "*n k"]) -> Float[Array, "*n k"]:

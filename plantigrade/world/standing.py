@@ -12,6 +12,7 @@ from plantigrade.contact.site import GEOM_PREFIX, contact_sites
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import BodyState, PointSet, integrate
 from plantigrade.models import Human
+from plantigrade.spatial.conventions import about_vertical, turned
 
 LEG_COORDINATES = ("hip_", "knee_angle", "ankle_angle", "subtalar_angle")
 FOOT_COORDINATES = ("mtp", "cuboid", "heel")
@@ -128,11 +129,9 @@ def at_placement(
 ) -> Float[Array, " nq"]:
     """Return a configuration moved to a placement: forward, left [m] and heading [rad]."""
     x, y, turn = placement
-    c, s = np.cos(turn), np.sin(turn)
     there = qpos.copy()
-    there[:2] = [x + c * qpos[0] - s * qpos[1], y + s * qpos[0] + c * qpos[1]]
-    about = np.array([np.cos(turn / 2), 0.0, 0.0, np.sin(turn / 2)])
-    mujoco.mju_mulQuat(there[3:7], about, qpos[3:7])
+    there[:2] = [x, y] + about_vertical(turn)[:2, :2] @ qpos[:2]
+    there[3:7] = turned(qpos[3:7], turn)
     return there
 
 

@@ -18,7 +18,7 @@ from plantigrade.contact.plan import Stance
 from plantigrade.models import Human
 from plantigrade.models.feet import point, sphere_radius
 from plantigrade.motion.blends import quintic_rise
-from plantigrade.spatial.conventions import within_half_turn
+from plantigrade.spatial.conventions import matrices, within_half_turn
 
 # [rad] minimum and maximum toe-up angle at heel strike
 STRIKE_ANGLES = tuple(np.deg2rad([3.0, 30.0]))
@@ -54,7 +54,7 @@ class FootMotion:
         cp, sp = np.cos(self.pitch), np.sin(self.pitch)
         zero = np.zeros_like(c)
         rows = [[c * cp, -s, c * sp], [s * cp, c, s * sp], [-sp, zero, cp]]
-        return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+        return matrices(rows)
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ from plantigrade.motion.blends import quintic_rise
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
     PELVIS,
+    about_vertical,
     pelvis_angles_to_quaternion,
     rotation_matrix,
 )
@@ -79,15 +80,6 @@ def with_limbs(
 def standing_hinges(human: Human, n: int) -> Float[Array, "n n_hinges"]:
     """Return the hinges of quiet standing, n times [rad]."""
     return np.tile(standing_posture(human)[6:], (n, 1))
-
-
-def level_rotations(heading: Float[Array, " n"]) -> Float[Array, "n 3 3"]:
-    """Return rotations about the vertical."""
-    out = np.tile(np.eye(3), (len(heading), 1, 1))
-    out[:, 0, 0] = out[:, 1, 1] = np.cos(heading)
-    out[:, 1, 0] = np.sin(heading)
-    out[:, 0, 1] = -out[:, 1, 0]
-    return out
 
 
 def posture(
@@ -152,7 +144,7 @@ def reaching(
         forward = np.arctan2(away[:, 0], -away[:, 2]) + bend / 2
         hinges[:, hip_flexion] = np.clip(forward - q[:, 0], *leg.limits[:, 0])
         hinges[:, leg.columns[4]] = np.clip(bend - forward, *leg.limits[:, 4])
-        level = level_rotations(heading)
+        level = about_vertical(heading)
         hinges = leg.reach(pelvis, R, hinges, ankle, level, iterations=60)
     return np.hstack([q[:, :6], hinges])
 

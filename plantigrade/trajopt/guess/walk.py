@@ -20,6 +20,7 @@ from plantigrade.models import Human
 from plantigrade.models.textbook_gait import FREE_SPEED
 from plantigrade.spatial.conventions import (
     OPENSIM_TO_WORLD,
+    about_vertical,
     pelvis_angles_to_quaternion,
     quaternion_to_pelvis_angles,
     rotation_matrix,
@@ -29,7 +30,7 @@ from plantigrade.spatial.conventions import (
 from plantigrade.trajopt.guess.foot_motion import FootMotion, foot_motion, toe_coordinates
 from plantigrade.trajopt.guess.legs import Leg
 from plantigrade.trajopt.guess.mean_gait import SAGITTAL, MeanGait
-from plantigrade.trajopt.guess.postures import foot_stances, level_rotations, standing_hinges
+from plantigrade.trajopt.guess.postures import foot_stances, standing_hinges
 from plantigrade.trajopt.problem.nlp import PeriodicClosure
 from plantigrade.trajopt.tasks.gait_parameters import GaitParameters
 
@@ -149,7 +150,7 @@ class PelvisPath:
         position[:, 1] += np.cos(heading) * sway
         position[:, 2] = place[:, 2] + self._height
         own = rotation_matrix(pelvis_angles_to_quaternion(gait.pelvis_angles(times)))
-        return position, level_rotations(heading) @ own
+        return position, about_vertical(heading) @ own
 
 
 def midway(a: Stance, b: Stance) -> Float[Array, " 4"]:
@@ -230,7 +231,7 @@ def crude_guess(
     position = ahead(place[:, :2], place[:, 3], -ankle[0, 0])
     height = place[:, 2] + human.dimensions.ankle_height - ankle[0, 2]
     position = np.column_stack([position, height])
-    rotation = level_rotations(place[:, 3])
+    rotation = about_vertical(place[:, 3])
     return np.hstack([_angles(rotation), position @ OPENSIM_TO_WORLD, hinges])
 
 

@@ -28,6 +28,7 @@ from plantigrade.contact.plan import ContactPlan, Footprint
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
+from plantigrade.spatial.conventions import about_vertical
 from plantigrade.trajopt.tasks.gait_parameters import leg_length
 
 MAX_FROUDE = (0.165, 0.4), (1.4, 1.0)
@@ -270,7 +271,6 @@ def _base(human: Human, plan: ContactPlan, time: float) -> Float[Array, "n_corne
 
 def _corners(human: Human, foot: Footprint) -> Float[Array, "4 2"]:
     d = human.dimensions
-    c, s = np.cos(foot.heading), np.sin(foot.heading)
     along, across = np.array([-HEEL_SHARE, 1.0 - HEEL_SHARE]) * d.foot_length, np.array([-0.5, 0.5])
     flat = np.array([(a, b) for a in along for b in across * d.foot_width])
-    return np.array(foot.position[:2]) + flat @ np.array([[c, s], [-s, c]])
+    return np.array(foot.position[:2]) + flat @ about_vertical(foot.heading)[:2, :2].T

@@ -18,6 +18,7 @@ from plantigrade.kinematics.sole_rests import find_rests
 from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.motion import Motion
+from plantigrade.spatial.conventions import about_vertical
 
 NODES_PER_SECOND = 50.0  # [1/s] nodes per second of a tracked motion
 
@@ -229,6 +230,5 @@ class _Paths:
         dx, dy = x - x.mean(axis=0), y - y.mean(axis=0)
         cosine, sine = (dx * dy).sum(), (dx[:, 0] * dy[:, 1] - dx[:, 1] * dy[:, 0]).sum()
         heading = float(np.arctan2(sine, cosine))
-        c, s = np.cos(heading), np.sin(heading)
-        px, py = y.mean(axis=0) - np.array([[c, -s], [s, c]]) @ x.mean(axis=0)
+        px, py = y.mean(axis=0) - about_vertical(heading)[:2, :2] @ x.mean(axis=0)
         return Footprint(side, (float(px), float(py), 0.0), heading)
