@@ -77,7 +77,7 @@ def test_the_next_foot_lands_where_the_pendulum_goes_on_undisturbed(beta):
         offsets[0],
         offsets[0],
         float(beta[n, 0]),
-        FootstepSettings().decayed(beta[n, 1:]),
+        FootstepSettings().split(1, beta[n, 1:], 1)[1],
         wide(settings=FootstepSettings(rates=(1.0,))),
     )
     np.testing.assert_allclose(step.offset, offsets[1], atol=2e-3)

@@ -13,6 +13,7 @@ from plantigrade.control.gait.tasks import TRUNK
 from plantigrade.kinematics.foot_pose import SEGMENTS, FootPoser
 from plantigrade.kinematics.state import BodyState, integrate
 from plantigrade.models import Human
+from plantigrade.spatial.conventions import about_vertical
 from plantigrade.wbc.rows import Rows
 from plantigrade.wbc.tasks.point import axis_error
 from plantigrade.world import standing_on
@@ -56,10 +57,7 @@ class PostureSolver:
         self._ankles = np.array([state.origin(foot) for foot in self._feet])
         self._ankles[:, 2] = [poser.standing for poser in self._posers]
         ahead = [state.rotation(foot)[:2, 0] for foot in self._feet]
-        turn = [np.arctan2(y, x) for x, y in ahead]
-        self._facing = np.array(
-            [[[np.cos(t), -np.sin(t), 0], [np.sin(t), np.cos(t), 0], [0, 0, 1.0]] for t in turn]
-        )
+        self._facing = about_vertical(np.array([np.arctan2(y, x) for x, y in ahead]))
         self._hinges = [np.array([human.hinge(c) for c in p.coordinates]) for p in self._posers]
         within = np.zeros(len(human.coordinates), dtype=bool)
         within[np.concatenate(self._hinges)] = True

@@ -14,7 +14,7 @@ from plantigrade.control.gait.person import leg_length
 from plantigrade.control.gait.step import StepPlanner, StepSettings
 from plantigrade.control.gait.support import beyond, nearest
 from plantigrade.control.gait.swing_foot import SwingFoot, SwingSettings
-from plantigrade.control.gait.tasks import GaitTaskSettings
+from plantigrade.control.gait.tasks import GaitTaskSettings, leg_joints
 from plantigrade.kinematics.state import CROSS, BodyState, PointSet
 from plantigrade.models import Human
 from plantigrade.wbc.rows import Rows
@@ -23,7 +23,6 @@ from plantigrade.wbc.tasks.point import axis_error
 from plantigrade.world import State
 
 SPINE_JOINTS = ("lumbar", "thorax", "neck")
-LEG_JOINTS = ("hip", "knee", "ankle", "subtalar")
 OVER_GROUND = np.eye(3)[:2]
 
 
@@ -145,7 +144,7 @@ class Recovery:
             self._position.append(PointTask(self._soles, which=i, weight=s.foot_weight))
         self.planner = StepPlanner(self.leg_length, settings.step)
         self.spine = np.array([name.startswith(SPINE_JOINTS) for name in human.coordinates])
-        self.legs = np.array([name.startswith(LEG_JOINTS) for name in human.coordinates])
+        self.legs = leg_joints(human)
 
     @property
     def stepped(self) -> bool:

@@ -172,6 +172,17 @@ class GaitState:
         """Stance feet."""
         return [foot for foot in self.feet if foot.in_stance]
 
+    @property
+    def single_support(self) -> tuple[Foot, Foot] | None:
+        """The foot that swings and the one that stands; None where it is not one of each."""
+        swing = [foot for foot in self.feet if not foot.in_stance and foot.stance is not None]
+        stance = self.stance_feet
+        return (swing[0], stance[0]) if len(swing) == len(stance) == 1 else None
+
+    def newest_stance(self, first: int) -> int:
+        """Return the greatest number of a stance that has begun; ``first`` if none has."""
+        return max((f.stance for f in self.stance_feet if f.stance is not None), default=first)
+
     def load_offsets(self, seats: Array | None = None) -> tuple[int, Array, Array, Array]:
         """Return the offsets of all stances and their weights.
 

@@ -20,7 +20,7 @@ from functools import cached_property
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.control.gait.divergent import effective_pivot
 from plantigrade.control.gait.step import StepSettings
 from plantigrade.control.gait.swing import SwingOffsetSettings
@@ -75,9 +75,16 @@ class FootstepSettings:
         """
         return 1.0 / (1.0 - float(np.exp(-omega * self.next_step_time)))
 
-    def decayed(self, weights: Float[Array, " k"]) -> float:
-        """Return the weight of successive stances whose offsets decay from one to the next."""
-        return float(weights @ self.offset_decay ** np.arange(len(weights)))
+    def split(
+        self, first: int, weights: Float[Array, " k"], number: int
+    ) -> tuple[Bool[Array, " k"], float]:
+        """Return which stances, numbered from ``first`` on, come before one; weight of the others.
+
+        The offsets of these decay from one to the next.
+        """
+        before = np.arange(first, first + len(weights)) < number
+        later = weights[~before]
+        return before, float(later @ self.offset_decay ** np.arange(len(later)))
 
 
 @dataclass(frozen=True)

@@ -153,23 +153,38 @@ class SwingOffset:
         velocity: Float[Array, " 2"],
         left: float,
     ) -> Float[Array, " 2"]:
-        """Return the acceleration at the beginning of two cubics that end at rest [m/s²].
+        """Return the acceleration at the beginning of :func:`two_cubics` to the goal [m/s²].
 
-        Acceleration is continuous between them; their durations are proportional to their lengths.
+        Their durations are proportional to their lengths.
         """
         T = self._duration(left)
         near, far = hypot(*first), hypot(*then)
         h = max(T * near / max(near + far, 1e-9), _MIN_SEGMENT)
-        rest = max(T - h, _MIN_SEGMENT)
-        passing = 3.0 * (first / h**2 + then / rest**2) - velocity / h
-        passing = passing / (2.0 * (1.0 / h + 1.0 / rest))
-        return self._limited((6.0 * first / h - 4.0 * velocity - 2.0 * passing) / h)
+        return self._limited(two_cubics(first, then, velocity, h, max(T - h, _MIN_SEGMENT))[0])
 
     def _duration(self, left: float) -> float:
         return max(left - self.settings.arrival_lead, self.settings.min_arrival_time)
 
     def _limited(self, a: Float[Array, " 2"]) -> Float[Array, " 2"]:
         return a * min(1.0, self.settings.max_acceleration / max(hypot(*a), 1e-9))
+
+
+def two_cubics(
+    first: Float[Array, "*n 2"],
+    then: Float[Array, "*n 2"],
+    velocity: Float[Array, " 2"],
+    h: Float[Array, "*n 1"] | float,
+    rest: Float[Array, "*n 1"] | float,
+) -> tuple[Float[Array, "*n 2"], Float[Array, "*n 2"]]:
+    """Return the first acceleration of two smooth cubics to rest, and the velocity between them.
+
+    Args:
+        first: The way on the first [m]; ``then`` is that on the second.
+        h: Duration of the first [s]; ``rest`` is that of the second.
+    """
+    passing = 3.0 * (first / h**2 + then / rest**2) - velocity / h
+    passing = passing / (2.0 * (1.0 / h + 1.0 / rest))
+    return (6.0 * first / h - 4.0 * velocity - 2.0 * passing) / h, passing
 
 
 def _no_less(vector: Float[Array, " 2"], direction: Float[Array, " 2"]) -> Float[Array, " 2"]:

@@ -98,6 +98,39 @@ class GaitTaskSettings:
         """Critical damping of joints and of the pelvis' rotation [1/s]."""
         return 2.0 * self.joint_stiffness**0.5
 
+    def com_acceleration(
+        self,
+        body: BodyState,
+        ref: Instant,
+        omega: float,
+        dcm_error: Float[Array, " 2"],
+        cop_offset: Float[Array, " 2"],
+        contacts: Float[Array, "k 2"],
+        beyond: float,
+    ) -> Float[Array, " 3"]:
+        """Return the desired acceleration of the centre of mass; upwards, that of the motion.
+
+        The centre of pressure goes where it stops the error of the divergent component, and
+        accelerates the pendulum.
+
+        Args:
+            omega: Root of gravity by height [1/s].
+            dcm_error: Error of the divergent component [m].
+            cop_offset: Offset of the centre of pressure from the motion without it [m].
+            contacts: Points that touch, over the ground [m].
+            beyond: Distance by which the centre of pressure may be desired outside of these [m];
+                negative for one that it keeps from their edge.
+        """
+        moved, cop = cop_offset + (1.0 + self.dcm_gain / omega) * dcm_error, ref.cop[:2]
+        if len(contacts):
+            nominal = cop + cop_offset
+            low = np.minimum(contacts.min(axis=0) - beyond, nominal)
+            high = np.maximum(contacts.max(axis=0) + beyond, nominal)
+            moved = np.minimum(np.maximum(cop + moved, low), high) - cop
+        desired = np.array(ref.com_acceleration)
+        desired[:2] += omega**2 * ((body.com - ref.com)[:2] - moved)
+        return desired
+
     def torque(self, human: Human) -> Float[Array, " n_hinges"]:
         """Return the cost of every torque [1/(N m)²]."""
         low, high = np.array(human.model.jnt_actfrcrange[1:]).T

@@ -103,15 +103,15 @@ class StepPlan:
         push.feel(disturbance)
         self.cop_offset = np.zeros(2)
         self._turned += self.turn_rate * self.step
-        swing = [f for f in gait.feet if not f.in_stance and f.stance is not None]
+        single = gait.single_support
         self.lowering *= 1.0 - self.step / self.settings.tasks.weights.rise_time
         if self.recovery_share >= 1.0 and push.felt:
             self.lowering = max(self.lowering, self._recovery_lowering)
-        if len(gait.stance_feet) != 1 or len(swing) != 1:
+        if single is None:
             self._crossing = 0
             self._without_swing(body, ref, velocity, feet, ground, path, (first, beta, offsets))
             return None
-        return self._with_swing(swing[0], body, ref, velocity, feet, slope, ground, path, foothold)
+        return self._with_swing(*single, body, ref, velocity, feet, slope, ground, path, foothold)
 
     def _without_swing(self, body, ref, velocity, feet, ground, path, carried) -> None:
         """Find the error of the divergent component in double support, or in flight."""
@@ -131,18 +131,18 @@ class StepPlan:
             self.dcm_error = np.zeros(2)
             return
         first, beta, offsets = carried
-        last = max((f.stance for f in gait.stance_feet if f.stance is not None), default=first)
-        known = np.arange(first, first + len(beta)) <= last
-        later = footsteps.decayed(beta[~known]) * footsteps.offset_decay
+        last = gait.newest_stance(first)
+        known, later = footsteps.split(first, beta, last + 1)
+        later *= footsteps.offset_decay
         newest = gait.offset(last)[:2] - path
         self.dcm_error = error - beta[known] @ (offsets[known, :2] - path) - later * newest
 
     def _with_swing(
-        self, foot: Foot, body, ref, velocity, feet, slope, ground, path, foothold
+        self, foot: Foot, other: Foot, body, ref, velocity, feet, slope, ground, path, foothold
     ) -> Footstep:
         """Plan the footstep of a swing foot, and lead the foot to it."""
         gait, reference, settings = self.gait, self.reference, self.settings
-        (other,), omega = gait.stance_feet, reference.omega
+        omega = reference.omega
         assert foot.stance is not None and other.stance is not None
         i, k = (SIDES.index(each.side) for each in (foot, other))
         left = max(foot.touchdown - gait.phase, MIN_TIME_LEFT) / reference.cadence
@@ -249,7 +249,7 @@ class StepPlan:
     ) -> ReferenceTouchdown:
         """Return the reference at the touchdown of a foot."""
         head, _, weights = self.reference.schedule.weights(phase)
-        before = np.arange(head, head + len(weights)) < number
+        before, later = self.settings.footsteps.split(head, weights, number)
         k = 1 - i
         stance = float(weights[before].sum())
         sooner = self._sooner(stance)
@@ -261,7 +261,7 @@ class StepPlan:
             footstep=then.foot_position[i, :2] + path,
             omega=self.reference.omega,
             stance_weight=stance - sooner,
-            later_weight=self.settings.footsteps.decayed(weights[~before]) + sooner,
+            later_weight=later + sooner,
             transferred=sooner,
             slope=(atan(slope[0]), atan(slope[1])),
         )

@@ -207,10 +207,9 @@ class Styles:
         """Begin a transition to another walk at a like instant; None if none can begin now."""
         pendulum, gait = self._pendulum, self._pendulum.gait
         before, settings = pendulum.reference, pendulum.settings.speed
-        swing = [f for f in gait.feet if not f.in_stance and f.stance is not None]
-        if len(gait.stance_feet) != 1 or len(swing) != 1:
+        if gait.single_support is None:
             return None
-        (foot,), (stance,) = swing, gait.stance_feet
+        foot, stance = gait.single_support
         if foot.recovering or foot.wait or stance.early or gait.phase >= foot.touchdown:
             return None
         transition = Transition(walk.reference, before.recorded, settings)

@@ -10,7 +10,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.edges import EdgeSettings
 from plantigrade.control.gait.person import SoleShape
 from plantigrade.control.gait.phase import Foot
-from plantigrade.control.gait.swing import SwingOffsetSettings
+from plantigrade.control.gait.swing import SwingOffsetSettings, two_cubics
 from plantigrade.control.gait.swing_foot import SwingSettings
 
 SWING_PARTS = np.linspace(0.0, 1.0, 9)  # of the ground along a swing
@@ -255,10 +255,9 @@ def bent_way(
     near, far = (np.sqrt((leg * leg).sum(axis=1)) for leg in (first, then))
     h = (time * np.clip(near / np.maximum(near + far, 1e-9), MIN_PART, 1.0 - MIN_PART))[:, None]
     rest = time[:, None] - h
-    passing = 3.0 * (first / h**2 + then / rest**2) - velocity / h
-    passing = passing / (2.0 * (1.0 / h + 1.0 / rest))
+    begin, passing = two_cubics(first, then, velocity, h, rest)
     ends = (
-        (6.0 * first / h - 4.0 * velocity - 2.0 * passing) / h,
+        begin,
         (-6.0 * first / h + 2.0 * velocity + 4.0 * passing) / h,
         (-6.0 * then / rest + 2.0 * passing) / rest,
     )

@@ -206,8 +206,7 @@ class WalkingTasks:
     ) -> Float[Array, " 3"]:
         """Return the desired acceleration of the centre of mass [m/s²].
 
-        The centre of pressure goes where it stops the error of the divergent component; it may be
-        desired outside of the contacts, too.
+        The centre of pressure may be desired outside of the contacts, too.
 
         Args:
             ref: The reference at the phase of the gait.
@@ -220,18 +219,11 @@ class WalkingTasks:
             slope: Its rise along x and y, by distance.
             time: To the next touchdown [s]; None where no foot swings.
         """
-        own = self.settings
-        moved = cop_offset + (1.0 + own.weights.dcm_gain / omega) * dcm_error
-        if len(contacts):
-            far = self.flywheel_share(dcm_error) * own.max_cop_distance * self.leg
-            cop = ref.cop[:2]
-            nominal = cop + cop_offset
-            low = np.minimum(contacts.min(axis=0) - far, nominal)
-            high = np.maximum(contacts.max(axis=0) + far, nominal)
-            moved = np.minimum(np.maximum(cop + moved, low), high) - cop
-        com, velocity = body.com, body.com_velocity
-        desired = np.array(ref.com_acceleration)
-        desired[:2] += omega**2 * ((com - ref.com)[:2] - moved)
+        own, com, velocity = self.settings, body.com, body.com_velocity
+        far = self.flywheel_share(dcm_error) * own.max_cop_distance * self.leg
+        desired = own.weights.com_acceleration(
+            body, ref, omega, dcm_error, cop_offset, contacts, far
+        )
         rate = min(rate, 1.0)
         error = ref.com[2] + ground - lowering - com[2]
         stiffness = own.weights.com_height_stiffness

@@ -1,7 +1,5 @@
 """Desired acceleration of the centre of mass of a replay."""
 
-import numpy as np
-
 from plantigrade.arrays import Array, Float
 from plantigrade.control.gait.instant import Instant
 from plantigrade.control.gait.tasks import GaitTaskSettings
@@ -20,26 +18,16 @@ def com_acceleration(
     lowering: float,
     cop_margin: float,
 ) -> Float[Array, " 3"]:
-    """Return the desired acceleration [m/s²].
-
-    The centre of pressure that corrects the error of the divergent component, as far as the
-    contacts reach, accelerates the pendulum; the height follows the motion.
+    """Return the desired acceleration [m/s²]; the height follows the motion.
 
     Args:
         contacts: Points in contact, over the ground [m].
         lowering: Lowering of the body [m].
         cop_margin: Least distance of the centre of pressure from the edge of the contacts [m].
     """
-    omega, offset = footsteps.reference.omega, footsteps.stance_offset
-    cop_offset = offset[:2] + (1.0 + settings.dcm_gain / omega) * footsteps.dcm_error
-    if len(contacts):
-        nominal = ref.cop[:2] + offset[:2]
-        low = np.minimum(contacts.min(axis=0) + cop_margin, nominal)
-        high = np.maximum(contacts.max(axis=0) - cop_margin, nominal)
-        cop_offset = np.minimum(np.maximum(ref.cop[:2] + cop_offset, low), high) - ref.cop[:2]
+    omega, offset, error = footsteps.reference.omega, footsteps.stance_offset, footsteps.dcm_error
     c, v = body.com, body.com_velocity
-    desired = np.array(ref.com_acceleration)
-    desired[:2] += omega**2 * ((c - ref.com)[:2] - cop_offset)
+    desired = settings.com_acceleration(body, ref, omega, error, offset[:2], contacts, -cop_margin)
     rate = min(rate, 1.0)
     dz = ref.com[2] + offset[2] + rise(normal, offset) - lowering - c[2]
     stiffness = settings.com_height_stiffness

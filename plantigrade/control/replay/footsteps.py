@@ -114,20 +114,20 @@ class FootstepPlanner:
         xi = (body.com + body.com_velocity / omega)[:2]
         xi_ref = (ref.com + ref.com_velocity / omega)[:2]
         first, beta, offsets, self.stance_offset = gait.load_offsets(self._seats)
-        standing = gait.stance_feet
-        swinging = [f for f in gait.feet if not f.in_stance and f.stance is not None]
-        if len(standing) == 1 and len(swinging) == 1:
-            return self._step(xi, xi_ref, swinging[0], standing[0], feet, dt)
-        if standing:
-            last = max((f.stance for f in standing if f.stance is not None), default=first)
-            known = np.arange(first, first + len(beta)) <= last
-            later = self.settings.decayed(beta[~known]) * self.settings.offset_decay
+        single = gait.single_support
+        if single is not None:
+            return self._step(xi, xi_ref, *single, feet, dt)
+        if gait.stance_feet:
+            last = gait.newest_stance(first)
+            known, later = self.settings.split(first, beta, last + 1)
+            later *= self.settings.offset_decay
             newest = gait.offset(last)[:2] - self.path_offset
             coming = float(beta[~known].sum()) * self.path_offset + later * newest
             self.dcm_error = xi - xi_ref - beta[known] @ offsets[known, :2] - coming
             return None
-        for f in swinging:
-            f.swing.lead(xi - xi_ref, f.touchdown - gait.phase, dt)
+        for f in gait.feet:
+            if f.stance is not None:
+                f.swing.lead(xi - xi_ref, f.touchdown - gait.phase, dt)
         self.dcm_error = np.zeros(2)
         return None
 
@@ -141,8 +141,7 @@ class FootstepPlanner:
         left = max(foot.touchdown - gait.phase, 0.01)
         then = self._touchdown(foot.touchdown)
         head, _, weights = reference.schedule.weights(foot.touchdown)
-        before = np.arange(head, head + len(weights)) < foot.stance
-        later = self.settings.decayed(weights[~before])
+        before, later = self.settings.split(head, weights, foot.stance)
         stays = float(weights[before].sum())
         other_offset = kept = gait.offset(other.stance)[:2]
         if stays > 1e-9:
