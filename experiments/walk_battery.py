@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from experiments import landing_laws, squares
+from experiments import landing_laws, squares, walk_requests
 from experiments.altered_people import scaled_legs
 from experiments.cached_results import CachedResults, Cases, Result
 from experiments.gait_walks import PEOPLE
@@ -96,6 +96,9 @@ MIN_SLOPE_SPEED_SHARE = 0.6  # [1] of the speed on level ground
 MAX_JOINT_RMS = 4.0  # [deg]
 MAX_DRIFT = 0.2  # [m] aside in a minute
 MIN_WALKED_SHARE = 90.0  # [%]
+MIN_TILES_SHARE = {"tiles 3 cm": 100.0, "tiles 5 cm": 90.0}  # [%]
+SEVERAL = ("tiles", "stairs", walk_requests.PREFIX)
+"""Beginnings of the names of walks of which there are several."""
 STUDY = {
     "flat": "60 s, 0.99 m/s of 1.06, RMS 3.5 to 4.1°, 0.25 m aside",
     "slope -15": "1.28 m/s, RMS 8.9°",
@@ -130,7 +133,8 @@ NOTES = (
     "once, its uphill speeds suffer from that. Recordings: closed strides are repeated for 30 s, "
     "others are walked once. Stairs (--part stairs): recorded walks on treads of 60 cm, the first "
     "of them 50 cm ahead. Squares (--part squares): closed strides led round corners of 90° "
-    "every 4 m for 25 s, to each side. RMS: all joints, against the gait at the controller's own "
+    "every 4 m for 25 s, to each side. Requests (--part requests): what simulate can be asked for, "
+    "drawn at random. RMS: all joints, against the gait at the controller's own "
     "phase.",
 )
 
@@ -252,6 +256,14 @@ def walks(data: Path | None, quick: bool) -> Walks:
                 if name not in OTHER_WALKS
             },
         ),
+        walk_requests.PREFIX: (
+            walk_requests.requested,
+            walk_requests.DURATION,
+            {
+                f"{walk_requests.PREFIX}/{seed}": ([n for n in there if n not in OTHER_WALKS], seed)
+                for seed in some(range(walk_requests.N_REQUESTS if there else 0))
+            },
+        ),
         "legs": (legs, BODY_DURATION, {f"legs x{x:g}": (x,) for x in some(LEG_FACTORS, (0.75,))}),
         "bodies": (
             body,
@@ -289,11 +301,11 @@ def parts_for(controllers: Sequence[str], data: Path | None) -> dict[str, Part]:
 
 
 def _cells(cached: CachedResults) -> dict[str, dict[str, list[Result]]]:
-    """Return results by what was walked and by controller: of seeds there are several."""
+    """Return results by what was walked and by controller; of some walks there are several."""
     found: dict[str, dict[str, list[Result]]] = {}
     for key, result in cached.longest(failed=True).items():
         name, _, what = key.partition("/")
-        line = what.partition("/")[0] if what.startswith(("tiles", "stairs")) else what
+        line = what.partition("/")[0] if what.startswith(SEVERAL) else what
         found.setdefault(line, {}).setdefault(name, []).append(result)
     return found
 
@@ -328,6 +340,7 @@ def grids(cached: CachedResults) -> Iterator[Grid]:
     ]
     yield Grid("Walks", ("", *names, "study", "paper"), lines)
     yield landing_laws.grid(_cells(cached))
+    yield walk_requests.falls(cached.longest(failed=True))
 
 
 def rows(cached: CachedResults) -> Iterator[Row]:
@@ -367,10 +380,9 @@ def rows(cached: CachedResults) -> Iterator[Row]:
                         share,
                         MIN_SLOPE_SPEED_SHARE,
                     )
-            elif what.startswith(("tiles", "stairs")):
+            elif what.startswith(SEVERAL):
                 share = 100.0 * sum(r["survived"] for r in found) / every
-                goal = {"tiles 3 cm": 100.0, "tiles 5 cm": 90.0}.get(what)
-                goal = MIN_WALKED_SHARE if what.startswith("stairs") else goal
+                goal = MIN_TILES_SHARE.get(what, None if "tiles" in what else MIN_WALKED_SHARE)
                 yield at_least(name, f"{what} walked", share, goal, "%")
             elif not what.startswith(("recording", squares.PREFIX)):
                 for r in found:
