@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float, root_mean_square
+from plantigrade.arrays import Array, Bool, Float, root_mean_square
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.dynamics.centroid import root_wrench_at
@@ -41,6 +41,8 @@ support. Markers give 0.006 to 0.015, skeleton files 0.02 to 0.08."""
 MAX_COM_SHIFT = 0.06
 """Maximum shift of the estimated centre of mass from that of the body model [m]."""
 MAX_STEP = 0.06  # [m] maximum height difference between stances on level ground
+MIN_BOX_HEIGHT = 0.1
+"""Smallest height of a box that is put below feet without being asked for [m]. Chosen."""
 PREFIX = "ground reactions cannot be estimated from this motion: "
 
 
@@ -205,14 +207,39 @@ def _other_ground(
         how = "it slopes along the way"
     else:
         return ""
-    remedy = f"fit again with {seems}" if seems else "describe it with --ground"
+    remedy = f"fit the markers with {seems}" if seems else "describe it with --ground"
     return f"the ground is not level: {how}. If it is a slope or stairs, {remedy}."
 
 
 def _box_notes(
     human: Human, found: GroundForces, time: Float[Array, " n_frames"], ground: Ground
 ) -> tuple[str, ...]:
-    """Return a note on a box that level ground does not have, if feet stand on it for a while.
+    """Return a note on a box that level ground does not have, if feet stand on it for a while."""
+    high, rise = _on_box(human, found, ground)
+    seconds = float(high.any(axis=1).sum() * np.median(np.diff(time)))
+    if seconds < MIN_BOX_REST:
+        return ()
+    return (
+        Info(
+            f"the feet stand on a box {100 * rise:.0f} cm high for {seconds:.1f} s, which viewer "
+            f"and simulation lack; fit the markers with --ground steps:{100 * rise:.0f}."
+        ),
+    )
+
+
+def box_height(
+    human: Human, found: GroundForces, time: Float[Array, " n_frames"], ground: Ground
+) -> float | None:
+    """Return the height of a box on which both feet stand for a while [m]; None without one."""
+    high, rise = _on_box(human, found, ground)
+    both = float(high.all(axis=1).sum() * np.median(np.diff(time)))
+    return rise if both >= MIN_BOX_REST and rise >= MIN_BOX_HEIGHT else None
+
+
+def _on_box(
+    human: Human, found: GroundForces, ground: Ground
+) -> tuple[Bool[Array, "n_frames 2"], float]:
+    """Return the frames in which feet stand high above level ground, and how high [m].
 
     Standing feet carry most of the person: those of a person who sits may rest on a rung.
     """
@@ -220,16 +247,9 @@ def _box_notes(
     stands = load.sum(axis=1) > 0.5 * human.mass * human.gravity
     with np.errstate(invalid="ignore"):
         high = (load > 0.0) & (points - ground.height > MAX_STEP) & stands[:, None]
-    seconds = float(high.any(axis=1).sum() * np.median(np.diff(time)))
-    if ground.slope or ground.steps or seconds < MIN_BOX_REST:
-        return ()
-    rise = 100 * (float(np.median(points[high])) - ground.height)
-    return (
-        Info(
-            f"the feet stand on a box {rise:.0f} cm high for {seconds:.1f} s, which viewer and "
-            f"simulation lack; markers can be fitted again with --ground steps:{rise:.0f}."
-        ),
-    )
+    if ground.slope or ground.steps or not high.any():
+        return np.zeros_like(high), 0.0
+    return high, float(np.median(points[high])) - ground.height
 
 
 def _step_between(soles: Float[Array, "n_frames 2"]) -> float:

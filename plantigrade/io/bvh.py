@@ -94,9 +94,9 @@ def _without_rest_pose(
 ) -> tuple[int, np.ndarray]:
     """Return the number of initial frames that are a rest pose or lead out of it, and the others.
 
-    The first frame is a rest pose where nine in ten of the rotations that change later are below
-    2 degrees (conversions keep thumbs and feet bent). It is left out where the motion does not
-    start from it: where the mean change of the rotations to the second frame exceeds twice the
+    The first frame is a rest pose where three in four of the rotations that change later are below
+    2 degrees (conversions keep spine, thumbs and feet bent). It is left out where the motion does
+    not start from it: where the mean change of the rotations to the second frame exceeds twice the
     largest one in the frames 8 to 40 after it. Conversions smooth over such a jump; the frames
     that follow with changes as large, at most 8, are left out too.
     """
@@ -110,7 +110,7 @@ def _without_rest_pose(
         return 0, values
     rotations = values[:, columns]
     moving = np.ptp(rotations[1:], axis=0) > 0.5
-    if not moving.any() or np.quantile(np.abs(rotations[0, moving]), 0.9) > _AT_REST:
+    if not moving.any() or np.quantile(np.abs(rotations[0, moving]), 0.75) > _AT_REST:
         return 0, values
     change = np.diff(rotations[:, moving], axis=0)
     change = np.abs((change + 180) % 360 - 180).mean(axis=1)

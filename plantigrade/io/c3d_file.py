@@ -132,9 +132,11 @@ def _read(path: Path, file, size: int) -> C3dFile:
     if processor not in (_INTEL, _DEC, _MIPS):
         problem = f"processor type {processor} is none of 84 (Intel), 85 (DEC), 86 (MIPS)"
         raise FileError(path, problem, where="parameter section, byte 4", remedy=_EXPORT_AGAIN)
-    n_blocks = raw[2] or 255
+    header = _Header(head, processor)
+    # Some programs count too few blocks of parameters; the data begin where the header says.
+    n_blocks = max(raw[2] or 255, header.data_block - head[0])
     parameters = _ParameterSection(path, raw[: n_blocks * BLOCK], processor).parse()
-    return _read_data(path, file, size, _Header(head, processor), parameters, processor)
+    return _read_data(path, file, size, header, parameters, processor)
 
 
 class _Header:
@@ -245,6 +247,8 @@ def _read_data(path, file, size, header: _Header, bare: Parameters, processor) -
             remedy="correct the frame rate and export again",
         )
     total, samples_per_frame = header.analog_per_frame, header.samples_per_frame
+    if samples_per_frame > 1 and total == bare.value("ANALOG", "USED"):
+        total *= samples_per_frame  # some programs count the channels alone
     if total and (samples_per_frame == 0 or total % samples_per_frame):
         raise broken(
             f"{total} analog numbers per frame do not divide into {samples_per_frame} samples",
@@ -269,7 +273,6 @@ def _read_data(path, file, size, header: _Header, bare: Parameters, processor) -
             f"{n_channels} analog channels, the file has room for {room}",
             where="header, words 2 to 5",
         )
-    check_length(path, n_frames, n_frames * (BYTES_OF_A_POINT * header.n_points + 8 * 4 * total))
     check_length(path, n_frames, n_frames * (BYTES_OF_A_POINT * header.n_points + 8 * 4 * total))
     file.seek(start)
     count = n_frames * frame_words

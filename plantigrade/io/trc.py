@@ -37,6 +37,9 @@ def read_trc(path: str | Path) -> Recording:
     if cut and len(rows) > 1 and rows[-1].strip() and len(rows[-1].split(delimiter)) < len(columns):
         rows.pop()
         warnings.append("the last row is truncated and was left out")
+    if (count_of(fields.get("nummarkers", "")) or 0) > len(names) and delimiter is not None:
+        # Trajectories without a name follow those with one.
+        rows = [delimiter.join(row.split(delimiter)[: len(columns)]) for row in rows]
     table = numbers(
         rows,
         path,

@@ -116,6 +116,14 @@ def scale(trials: Sequence[Prepared], *, marker_set: MarkerSet | None = None) ->
     still, ground = frames[samples.standing], floors[sources[0]]
     every, rate = _on_one_ground(trials, seen), one.markers.rate
     feet = set_flat(human, scaled.places, every, still, rate, poses[0], ground=ground)
+    above = feet.above_ground
+    if above and not any(t.ground or t.recording.plates for t in trials):
+        floors = dict.fromkeys(sources, Ground(height=above))
+        feet = set_flat(
+            human, scaled.places, every, still, rate, poses[0], ground=floors[sources[0]]
+        )
+        where = f"{1e3 * abs(above):.0f} mm {'above' if above > 0.0 else 'below'}"
+        notes = (*notes, f"the feet stand {where} the origin of the file: the floor was put there.")
     return ScaledBody(
         human=feet.human,
         names=scaled.names,

@@ -9,6 +9,7 @@ import numpy as np
 
 from plantigrade.analyze.at_limit import limit_figures, limit_notes
 from plantigrade.analyze.clinical import clinical_figures
+from plantigrade.analyze.estimated_forces import box_height
 from plantigrade.analyze.foot_segments import foot_segment_signals
 from plantigrade.analyze.gait_forces import compare_forces, measured_signals
 from plantigrade.analyze.laboratory_angles import laboratory_figures
@@ -17,6 +18,7 @@ from plantigrade.analyze.own_norms import as_signals
 from plantigrade.analyze.plausibility import Plausibility
 from plantigrade.analyze.trial import CUTOFF, Trial, analyse
 from plantigrade.arrays import Array
+from plantigrade.contact.ground import Ground, GroundStep
 from plantigrade.errors import FitError, NothingToFit, ParameterError
 from plantigrade.io import read
 from plantigrade.io.asf import find_asf
@@ -126,13 +128,22 @@ def _ground_reactions(
 
 
 def fit_recording(
-    recording: Recording, settings: RecordingSettings, shared: Shared | None = None
+    recording: Recording,
+    settings: RecordingSettings,
+    shared: Shared | None = None,
+    *,
+    box: Ground | None = None,
 ) -> Fit:
-    """Fit a recording of any kind; ``shared`` is what it has in common with other trials."""
+    """Fit a recording of any kind.
+
+    Args:
+        shared: What it has in common with other trials.
+        box: Steps of the height of a box below its feet.
+    """
     person = Person(**settings.known)
     subject = filled(Subject(age=settings.age), recording.subject)
     recording = replace(recording, subject=subject)
-    ground = given_ground(settings)
+    ground = given_ground(settings) if box is None else GivenGround(box)
     if recording.markers is not None and recording.markers.names:
         chosen = read_marker_set(settings.marker_set) if settings.marker_set else None
         return fit_markers(
@@ -201,13 +212,28 @@ def fit_trial(
         require_memory(recording)
     with step("fitting"):
         fitted = fit_recording(recording, settings, shared)
+    how = {"mass": settings.mass, "without_plates": settings.without_plates}
     with step("analysing"):
-        return recording, analyse(
-            fitted,
-            cutoff=settings.cutoff or "usual",
-            mass=settings.mass,
-            without_plates=settings.without_plates,
-        )
+        trial = analyse(fitted, cutoff=settings.cutoff or "usual", **how)
+    box = _box_below(trial)
+    if box is None or shared is not None:
+        return recording, trial
+    with step("fitting again, on a box"):
+        try:
+            fitted = fit_recording(recording, settings, box=box)
+        except FitError:  # the feet stand otherwise: the trial says so
+            return recording, trial
+        said = f"The feet stand on a box {100 * box.steps[0].height:.0f} cm high: it was put there."
+        fitted = replace(fitted, warnings=(*fitted.warnings, Info(said)))
+        return recording, analyse(fitted, cutoff=settings.cutoff or "usual", **how)
+
+
+def _box_below(trial: Trial) -> Ground | None:
+    """Return steps of the height of a box on which the feet of markers stand; None without one."""
+    if trial.fit.source_kind != "markers" or trial.ground is None:
+        return None
+    height = box_height(trial.fit.human, trial.ground, trial.motion.time, trial.fit.ground)
+    return None if height is None else Ground(steps=(GroundStep(0.0, height),))
 
 
 @takes(FitSettings)

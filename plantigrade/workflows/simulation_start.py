@@ -21,12 +21,14 @@ from plantigrade.control.pendulum.command import RECORDED
 from plantigrade.control.pendulum.path import depths_of, path_of, speeds_of
 from plantigrade.control.pendulum.settings import WALK_DURATION
 from plantigrade.errors import ParameterError
+from plantigrade.kinematics.ground_level import ground_under
 from plantigrade.kinematics.stride import off_the_belt
 from plantigrade.learn.controller import PolicyController, load_controller
 from plantigrade.learn.policy import file_of
 from plantigrade.models import Human
 from plantigrade.models.human import require_scaled
 from plantigrade.motion import Motion
+from plantigrade.motion.recording import rate_of
 from plantigrade.notes import Info
 from plantigrade.options import LEARNED, as_path, is_policy
 from plantigrade.record import Provenance, Record, Run
@@ -42,6 +44,9 @@ from plantigrade.workflows.styles import styles_of
 from plantigrade.world import Controller, on_ground, standing_on
 from plantigrade.world.recorded_wrench import recorded_wrenches
 
+MIN_SOLE_HEIGHT = 0.02
+"""Height of standing soles above or below the ground from which a motion is put on it [m]: feet
+fitted on a floor are within 10 mm. Chosen."""
 MAX_START_DEPTH = 0.3  # Largest depth of the feet below the ground at the start [m]. Chosen.
 
 
@@ -102,6 +107,8 @@ def start_of(
         return begin
     if own is None and word != WALKING:
         begin, record = _over_ground(begin, record)
+    if own is None:
+        begin, record = _on_the_ground(begin, record)
     if own is None and word == SCRIPTED and record.motion.n_frames > 1:  # one frame is held
         begin = _over_the_feet(begin)
     walk = walk_of(record) if word == WALKING else record
@@ -128,6 +135,22 @@ def _over_ground(begin: Start, record: Record) -> tuple[Start, Record]:
     note = Info(f"The motion was recorded on a treadmill; over the ground it goes {far:.1f} m.")
     on = replace(record, motion=motion)
     return replace(begin, record=on, motion=motion, notes=(*begin.notes, note)), on
+
+
+def _on_the_ground(begin: Start, record: Record) -> tuple[Start, Record]:
+    """Return a start and its motion, put on level ground that its standing feet do not meet."""
+    ground, motion = record.ground, record.motion
+    if begin.sites or ground != Ground(height=ground.height, friction=ground.friction):
+        return begin, record
+    under = ground_under(record.human, motion.qpos, rate_of(motion.time))
+    if under is None or np.abs(under - ground.height).max() < MIN_SOLE_HEIGHT:
+        return begin, record
+    qpos, moved = motion.qpos.copy(), ground.height - under
+    qpos[:, 2] += moved
+    on = replace(record, motion=replace(motion, qpos=qpos))
+    way, far = "up" if moved.mean() > 0.0 else "down", 1e3 * np.abs(moved).max()
+    note = Info(f"The motion was moved {way} by up to {far:.0f} mm: its feet were off the ground.")
+    return replace(begin, record=on, motion=on.motion, notes=(*begin.notes, note)), on
 
 
 def _external_notes(record: Record, walk: Record) -> tuple[str, ...]:

@@ -142,7 +142,7 @@ def test_where_feet_stand_on_other_ground_the_option_is_named(withheld):
     assert (
         ground is None and "the ground is not level: stances of a foot differ by 17 cm" in notes[0]
     )
-    assert "fit again with --ground slope:7" in notes[0]
+    assert "fit the markers with --ground slope:7" in notes[0]
     ground, _, notes = estimate(fit.human, motion, None, soles, Ground(slope=0.3))
     assert ground is None and "do not match the given ground" in notes[0]
     ground, _, notes = estimate(fit.human, motion, None, withheld.soles, slope)

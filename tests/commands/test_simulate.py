@@ -64,6 +64,18 @@ def test_a_controller_of_ones_own(folder):
         assert lean == pytest.approx(pending, abs=1.0)
 
 
+@pytest.mark.parametrize("lift", [-0.05, 0.05])
+def test_a_motion_off_its_ground_is_put_on_it(lift):
+    stood = pg.simulate(controller="balance", duration=0.5, rate=300.0, joints="42", feet="rigid")
+    qpos = stood.record.motion.qpos + lift * (np.arange(stood.record.motion.qpos.shape[1]) == 2)
+    off = replace(stood.record, motion=replace(stood.record.motion, qpos=qpos))
+    run = pg.simulate(replace(stood, record=off), controller="replay", rate=300.0)
+    assert run.ok and run.figures["tracking_error_rms_deg"] < 2.0
+    assert run.figures["vertical_force_max_bw"] < 2.0
+    way = "down" if lift > 0.0 else "up"
+    assert any(f"was moved {way} by up to" in note for note in run.record.notes)
+
+
 @pytest.mark.parametrize(("degrees", "warns"), [(5.0, False), (15.0, True)])
 def test_a_person_who_moves_otherwise_than_the_motion_is_reported(degrees, warns):
     def still(state):

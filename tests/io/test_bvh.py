@@ -291,3 +291,17 @@ def test_writer_refuses(data, tmp_path, body):
         write_bvh(s, tmp_path / "x.bvh", order="ZZZ")
     with pytest.raises(FileError, match="cannot be written"):
         write_bvh(s, tmp_path / "gone" / "x.bvh")
+
+
+def test_a_rest_pose_with_a_bent_spine_is_left_out(data, tmp_path):
+    """Suits of sensors export the curves of the spine in the first frame."""
+    plain = read_bvh(data / "cmu_bvh/07_01.bvh")
+    head, rows = (data / "cmu_bvh/07_01.bvh").read_text().split("Frame Time", 1)
+    clock, first, rest = rows.split("\n", 2)
+    values = first.split()
+    values[4::8] = ["11.0"] * len(values[4::8])
+    bent = tmp_path / "bent.bvh"
+    bent.write_text("\n".join([f"{head}Frame Time{clock}", " ".join(values), rest]))
+    found = read_bvh(bent)
+    assert any("it was left out" in warning for warning in found.warnings)
+    np.testing.assert_allclose(found.skeleton.time, plain.skeleton.time)

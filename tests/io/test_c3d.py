@@ -521,3 +521,27 @@ def test_who_it_was_and_when(tmp_path, groups, name, date):
     write_c3d(read_c3d(path), again)
     assert read_c3d(again).subject == subject
     assert subject.figures.get("subject_name") == name
+
+
+def test_parameters_that_go_on_beyond_their_count(tmp_path):
+    """Some programs count too few blocks of parameters; the data begin where the header says."""
+    path = tmp_path / "a.c3d"
+    long = {"DESCRIPTIONS": ["described at length " * 12] * 6}
+    content = bytearray(build(body(), np.zeros((5, 1, 0)), {"POINT": long | point_group("ABCDEF")}))
+    assert content[514] > 1
+    content[514] = 1
+    path.write_bytes(content)
+    assert read_c3d(path).markers.names == tuple("ABCDEF")
+
+
+def test_channels_counted_without_their_samples(tmp_path):
+    """Some programs write the channels where their samples in a frame belong."""
+    raw = np.arange(5 * 3 * 2, dtype=float).reshape(5, 3, 2)
+    path = tmp_path / "a.c3d"
+    groups = {"POINT": point_group("ABCDEF"), "ANALOG": {"USED": 2}}
+    content = bytearray(build(body(), raw, groups))
+    content[4:6] = (2).to_bytes(2, "little")
+    path.write_bytes(content)
+    file = read_c3d_file(path)
+    np.testing.assert_allclose(file.analog, raw.reshape(-1, 2))
+    np.testing.assert_allclose(file.points, body())

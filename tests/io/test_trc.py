@@ -177,3 +177,14 @@ def test_convert_what_cannot_be(data, tmp_path):
     with pytest.raises(FileError, match="'.amc' cannot be written"):
         convert(data / "opensim" / "rajagopal_walk" / "markers_walk.trc", tmp_path / "a.amc")
     assert not list(tmp_path.iterdir())
+
+
+def test_trajectories_without_a_name_are_left_out(tmp_path):
+    """They follow the named ones, as many as are seen in a frame."""
+    lines = text().replace("\t3\t4\tmm", "\t3\t6\tmm").split("\n")
+    lines[6] += "\t1.0\t2.0\t3.0"
+    lines[8] += "\t1.0\t2.0\t3.0\t4.0\t5.0\t6.0"
+    recording = read_trc(write(tmp_path / "a.trc", "\n".join(lines)))
+    plain = read_trc(write(tmp_path / "b.trc", text()))
+    np.testing.assert_array_equal(recording.markers.positions, plain.markers.positions)
+    assert recording.warnings == ("the header announces 6 markers, the file holds 4",)

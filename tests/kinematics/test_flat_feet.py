@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from plantigrade.kinematics.fit import fit_markers
 from plantigrade.kinematics.fitted_soles import height_figures, heights_in_stance
 from plantigrade.kinematics.flat_feet import set_flat, with_resting_soles
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import PointSet
-from plantigrade.kinematics.textbook_recording import textbook_walk
+from plantigrade.kinematics.textbook_recording import recorded, textbook_walk
 from plantigrade.kinematics.unmeasured_toes import toes_on_ground
 from plantigrade.models.landmarks import attachments
 from tests.models.presets import person
@@ -106,7 +107,18 @@ def test_a_foot_in_equinus_is_not_set_level(walk, places):
 def test_a_floor_elsewhere_is_said_and_changes_nothing(walk, places):
     found = feet(walk, places, markers(walk, places, lift=0.4))
     assert not found.grounded and "the floor is elsewhere" in found.notes[0]
-    assert found.human is walk.human
+    assert found.human is walk.human and abs(found.above_ground - 0.4) < 0.02
+
+
+def test_a_floor_elsewhere_is_found_without_plates(walk, tmp_path):
+    recording = recorded(walk, tmp_path / "walk.c3d")
+    lifted = recording.markers.positions + [0.0, 0.0, 0.12]
+    higher = replace(recording, markers=replace(recording.markers, positions=lifted))
+    fit = fit_markers(higher)
+    assert abs(fit.ground.height - 0.12) < 0.02
+    assert any("12" in note and "the floor was put there" in note for note in fit.warnings)
+    soles = sole_paths(fit.human, fit.qpos).position[..., 2].min(axis=1)
+    assert abs(np.median(soles) - fit.ground.height) < 0.005
 
 
 def test_markers_of_one_end_of_the_foot_tell_nothing(walk, places):
