@@ -34,6 +34,8 @@ SETTLING_TIME = 1.0
 """Time for which a person stands before the first frame, until soles and springs rest [s]."""
 MAX_SETTLED_SPEED = 0.05
 """Largest speed of the centre of mass of a person who has settled [m/s]. Chosen."""
+CONTACT_RATE = 25.0
+"""Frames of a motion per second in which the bodies that touch the ground are looked for [1/s]."""
 MAX_SETTLED_SHIFT = 0.05  # Largest displacement of the centre of mass while settling [m]. Chosen.
 
 
@@ -121,4 +123,7 @@ def world_of(
         seed=how.seed,
     )
     mismatch.apply(world)
+    if begin.motion is not None:
+        every = max(1, round(begin.motion.rate / CONTACT_RATE))
+        world.allow_contacts_of(begin.motion.qpos[::every])
     return world

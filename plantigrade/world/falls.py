@@ -1,16 +1,21 @@
 """Detection of falls: a body other than the feet touches the ground, or the body sinks too low."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
-from plantigrade.arrays import Array, Bool
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.models import Human
 from plantigrade.world.world_model import GROUND_PREFIXES, LIMB_BIT
 
 MIN_COM_HEIGHT = 0.35
 """Minimum height of the centre of mass above the lower foot, as a fraction of that in standing."""
+
+REACH = 0.05
+"""Height above the ground below which a body of a motion touches it [m]: the error of a hand fitted
+to markers on the wrist. Chosen."""
 
 
 @dataclass(frozen=True)
@@ -39,8 +44,8 @@ class FallWatch:
         self._body, self._human = np.array(model.geom_bodyid), human
         own = (self._body > 0) & (self._body <= len(human.body_names))
         limb = own & ((np.array(model.geom_contype) & LIMB_BIT) > 0)
-        self._is_limb = limb
-        self._ground_contact = np.outer(self._ground, limb) | np.outer(limb, self._ground)
+        self._model = model
+        self._forbid(limb)
         self._limbs, self._max_ground_height = (
             np.flatnonzero(limb),
             _max_ground_height(model, self._ground),
@@ -52,6 +57,34 @@ class FallWatch:
         mujoco.mj_comPos(human.model, standing)
         self._feet = [human.body(f"foot_{side}") for side in ("r", "l")]
         self._min_height = MIN_COM_HEIGHT * self._height(standing)
+
+    def _forbid(self, limb: Bool[Array, " n_geoms"]) -> None:
+        """Make a fall of the contacts of these parts of limbs with the ground."""
+        self._is_limb = limb
+        self._ground_contact = np.outer(self._ground, limb) | np.outer(limb, self._ground)
+
+    def allow(self, qpos: Float[Array, "n_frames nq"]) -> None:
+        """Let bodies touch level ground with which a motion does: a hand that picks something up.
+
+        Those that are as near in standing, the shanks, still may not.
+        """
+        if np.isfinite(self._max_ground_height):
+            near = self._near(qpos) - self._near([self._human.standing()])
+            allowed = np.isin(self._body, sorted(near))
+            self._forbid(self._is_limb & ~allowed)
+
+    def _near(self, qpos: Iterable[Float[Array, " nq"]]) -> set[int]:
+        """Return the bodies that are near the ground in any frame."""
+        model, data = self._model, mujoco.MjData(self._model)
+        centre, half = np.split(np.array(model.geom_aabb)[self._limbs], 2, axis=1)
+        near = np.zeros(len(self._limbs), dtype=bool)
+        for configuration in qpos:
+            data.qpos[: len(configuration)] = configuration
+            mujoco.mj_kinematics(model, data)
+            up = data.geom_xmat[self._limbs].reshape(-1, 3, 3)[:, 2]
+            low = data.geom_xpos[self._limbs, 2] + (up * centre - np.abs(up) * half).sum(axis=1)
+            near |= low < self._max_ground_height + REACH
+        return set(self._body[self._limbs[near]].tolist())
 
     def detect(self, data: mujoco.MjData, time: float) -> Fall | None:
         """Return the fall in the last step, if there is one."""

@@ -140,6 +140,10 @@ class World(SimulatedWorld):
         self._qvel = np.zeros(nv) if qvel is None else _finite("qvel", qvel, nv)
         self.reset()
 
+    def allow_contacts_of(self, qpos: Float[Array, "n_frames nq"]) -> None:
+        """Let bodies touch level ground, which is no fall, with which a motion does."""
+        self._falls.allow(qpos)
+
     def reset(
         self,
         seed: int | None = None,

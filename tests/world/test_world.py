@@ -258,3 +258,29 @@ def test_what_diverges_at_once_still_has_its_first_frame():
     record = world.simulate(lambda s: Acceleration(np.full(len(s.angles), 1e5)), 0.1)
     assert world.diverged == pytest.approx(0.01) and record.motion.n_frames == 1
     np.testing.assert_allclose(record.motion.qpos[0], world.reset().qpos)
+
+
+def test_a_hand_that_touches_the_ground_in_the_motion_is_no_fall():
+    """Elsewhere it is one, and so is a knee."""
+    human = HUMAN
+    reach = human.standing()
+    reach[2] -= 0.42
+    names = {"hip_flexion": 1.9, "knee_angle": 1.7, "ankle_angle": 0.3}
+    for name, angle in names.items():
+        for side in "rl":
+            reach[7 + human.hinge(f"{name}_{side}")] = angle
+    reach[7 + human.hinge("lumbar_extension")] = -1.0
+    reach[7 + human.hinge("arm_flex_r")] = 1.2
+    data = mujoco.MjData(human.model)
+    data.qpos[:] = reach
+    mujoco.mj_kinematics(human.model, data)
+    hand = min(data.xpos[human.body(f"fingers_{side}"), 2] for side in "rl")
+    reach[2] -= hand - 0.03
+    for allowed in (False, True):
+        world = World(human, qpos=reach)
+        if allowed:
+            world.allow_contacts_of(np.array([reach]))
+        world.step(StablePD(reach[7:]))
+        world.step(StablePD(reach[7:]))
+        touched = world.fall is not None and world.fall.body[:7] == "fingers"
+        assert touched != allowed
