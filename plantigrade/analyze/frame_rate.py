@@ -56,6 +56,8 @@ MIN_FLIGHT_FRAMES = 5  # [1] minimum number of frames of a flight
 FLIGHT_MARGIN = 0.01  # [s] left out at both ends of a flight
 MIN_CLEARANCE = 0.03  # [m] minimum height of both soles in the flight of a jump
 EDGE = 0.06  # [s] left out at both ends of the recording, where accelerations are uncertain
+WALKER_HEIGHT = (0.75, 2.2)  # [m] statures of people who walk
+ADULT = (1.4, 2.1)  # [m] usual statures of adults
 MIN_SINGLE = 20  # [1] minimum number of frames in single support
 
 
@@ -125,18 +127,30 @@ def rate_doubt(trial: Trial) -> tuple[str, bool]:
     if not FALL[0] - error <= fall <= FALL[1] + error:
         factor = float(np.sqrt(GRAVITY / fall))
         said = f"in flight the body falls with {fall:.1f} m/s² instead of {GRAVITY:.1f}"
-        return f"{said}: {_cause(factor)}", True
+        return f"{said}: {_cause(factor, trial.fit.human.height)}", True
     rate = walk_rate(trial)
     if rate is not None and abs(rate) > MAX_LOG_RATE:
         return (
             "the body falls ahead over the standing foot and steps as if gravity were "
-            f"{np.exp(-2 * rate):.2f} times the earth's: {_cause(float(np.exp(rate)))}",
+            f"{np.exp(-2 * rate):.2f} times the earth's: "
+            f"{_cause(float(np.exp(rate)), trial.fit.human.height)}",
             abs(rate) > CERTAIN_LOG_RATE,
         )
     return _steps_doubt(trial.measures), False
 
 
-def _cause(factor: float) -> str:
+def _cause(factor: float, height: float) -> str:
+    """Return what explains a clock that is so many times too slow, for a person of a height [m].
+
+    Lengths that are too small make gravity too small, too.
+    """
+    adult = height * factor**2
+    if not WALKER_HEIGHT[0] < height < WALKER_HEIGHT[1] and ADULT[0] < adult < ADULT[1]:
+        return (
+            f"lengths are probably {max(factor**2, factor**-2):.1f} times too "
+            f"{'small' if factor > 1 else 'large'}, which makes a person of {height:.2f} m of one "
+            f"of {adult:.2f} m: check the unit of the file; forces are wrong"
+        )
     return (
         f"the frame rate of the file is probably about {max(factor, 1 / factor):.1f} times too "
         f"{'low' if factor > 1 else 'high'}; speeds, cadence and estimated forces are wrong"
