@@ -5,7 +5,17 @@ from jaxtyping import Bool, Float, Int
 
 Array = np.ndarray
 
-__all__ = ["Array", "Bool", "Float", "Int", "root_mean_square"]
+__all__ = ["Array", "Bool", "Float", "Int", "root_mean_square", "spread"]
+
+
+def spread(count: int, most: int) -> Int[Array, " n"]:
+    """Return indices of so many things, at most, that are spread over all of them.
+
+    Example:
+        >>> spread(10, 4).tolist(), spread(2, 4).tolist()
+        ([0, 3, 6, 9], [0, 1])
+    """
+    return np.unique(np.linspace(0, count - 1, most).astype(int))
 
 
 def root_mean_square(values: Array) -> float:

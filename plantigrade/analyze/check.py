@@ -32,7 +32,7 @@ from plantigrade.analyze.findings import FindingCollector, LocatedSeries, runs
 from plantigrade.analyze.overlap import ground_overlap, overlap
 from plantigrade.analyze.pressure import centre_of_pressure, outside_support
 from plantigrade.analyze.quantities import QUANTITIES, QUANTITY
-from plantigrade.analyze.sweep import Sweep, cross, seen_from_ground, sweep
+from plantigrade.analyze.sweep import Sweep, seen_from_ground, sweep
 from plantigrade.analyze.tolerances import RECORDING_TOLERANCES, Tolerances
 from plantigrade.analyze.verdict import Measure, Slip, Verdict
 from plantigrade.arrays import Array, Bool, Float
@@ -41,6 +41,7 @@ from plantigrade.errors import ParameterError
 from plantigrade.record import Record, Run
 from plantigrade.record.moving_ground import GroundPath
 from plantigrade.side_names import split_side
+from plantigrade.spatial.conventions import cross
 
 _LEAST_FRICTION = 1e-3  # [1] friction of a support below which its check goes no further down
 _SAME_POINT = 1e-4  # [m] distance below which a sphere and a site are the same point

@@ -127,7 +127,7 @@ def _lowest(record: Record, s: Sweep, condition: Condition) -> Float[Array, "n 3
 def _clearance(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:
     """Return the height of the lowest point of a sphere above the ground [m]."""
     low, ground = _lowest(record, s, condition), record.ground
-    return low @ ground.normal - ground.under(low)
+    return ground.gap(low)
 
 
 def _muscle_torque(record: Record, s: Sweep, condition: Condition) -> Float[Array, " n"]:

@@ -10,6 +10,7 @@ from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
 from plantigrade.models.markers import landmarks_of
 from plantigrade.motion.cycles import PERCENT, cut_cycles, frames_near, normalise_cycles
+from plantigrade.motion.filters import bridged_gaps
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import nearest_right_angle, rotation_matrix, unit_vectors
 
@@ -56,9 +57,7 @@ def marker_path(record: Record, landmark: str) -> tuple[np.ndarray, np.ndarray] 
     known = np.isfinite(off[:, 0])
     if not known.any():
         return None
-    frames = np.arange(len(off))
-    off = np.stack([np.interp(frames, frames[known], x[known]) for x in off.T], axis=1)
-    return place + off, place
+    return place + bridged_gaps(off, known), place
 
 
 def inward_angle(

@@ -15,7 +15,7 @@ from plantigrade.analyze.foot_angles import (
     unsteadiness,
 )
 from plantigrade.analyze.trial import CUTOFF, Trial
-from plantigrade.arrays import Array
+from plantigrade.arrays import Array, root_mean_square
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.state import PointSet, body_paths
@@ -24,6 +24,7 @@ from plantigrade.models.markers import MarkerSet, landmarks_of, read_marker_set
 from plantigrade.motion import Markers, Recording, Table
 from plantigrade.motion.cycles import PERCENT, Cycle, normalise_cycles
 from plantigrade.motion.filters import lowpass
+from plantigrade.motion.recording import rate_of
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ def foot_segment_signals(
         return FootSegments()
     feet = [feet_of(_used(trial.fit), side, chosen) for side in SIDES]
     rms = [1e3 * unsteadiness(seen) for seen in feet if seen is not None]
-    figures = {"foot_segments_marker_rms_mm": float(np.sqrt(np.mean(np.square(rms))))}
+    figures = {"foot_segments_marker_rms_mm": root_mean_square(np.asarray(rms))}
     for name, rows in curves.items():
         rom = float(np.mean(np.nanmax(rows, axis=1) - np.nanmin(rows, axis=1)))
         figures[f"{name[:-2]}_rom{name[-2:]}_deg"] = rom
@@ -151,7 +152,7 @@ def _tibia(fitted: Fit, side: str, seen: Paths) -> np.ndarray:
 def _curves(table: Table, cycles: Sequence[Cycle], cutoff: float) -> dict[str, Array]:
     """Return the angles over the gait cycle by name [°]."""
     values = np.rad2deg(table.values)
-    rate = (len(table.time) - 1) / (table.time[-1] - table.time[0])
+    rate = rate_of(table.time)
     if cutoff < 0.45 * rate and len(table.time) >= 12:
         values = lowpass(table.time, values, cutoff=cutoff)
     curves = {}

@@ -14,8 +14,7 @@ import numpy as np
 from plantigrade.analyze.statistics import compare_curves, known_mean
 from plantigrade.arrays import Array, Bool, Float, root_mean_square
 from plantigrade.constants import SIDES
-from plantigrade.motion.filters import runs
-from plantigrade.motion.motion import interpolate
+from plantigrade.motion.filters import interpolate, runs
 from plantigrade.motion.recording import even_clock
 from plantigrade.record import Record
 

@@ -14,8 +14,7 @@ from plantigrade.analyze.norms import agreement_with_norm, names
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.centroid import Centroid, centroid
 from plantigrade.motion.cycles import cut_cycles
-from plantigrade.motion.filters import runs
-from plantigrade.motion.motion import interpolate
+from plantigrade.motion.filters import interpolate, runs
 from plantigrade.record import Record
 from plantigrade.spatial.conventions import rotation_matrix
 

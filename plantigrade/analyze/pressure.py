@@ -11,10 +11,10 @@ the load, because the fault is a missing moment.
 
 import numpy as np
 
-from plantigrade.analyze.sweep import Sweep, cross
+from plantigrade.analyze.sweep import Sweep
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.record import Record
-from plantigrade.spatial.conventions import surface_axes
+from plantigrade.spatial.conventions import cross, surface_axes
 
 
 def centre_of_pressure(record: Record, s: Sweep, least: float) -> Float[Array, "n 3"]:

@@ -23,7 +23,7 @@ from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.cycles import cut_cycles
 from plantigrade.motion.events import detect_gait_events
-from plantigrade.motion.recording import even_clock
+from plantigrade.motion.recording import even_clock, rate_of
 from plantigrade.notes import Info
 from plantigrade.ordered_tasks.cycle_repetition import find_loop, repeat_cycle
 from plantigrade.ordered_tasks.gait_reference import GaitReference, reference_of
@@ -105,7 +105,7 @@ class RecordedWalk:
         if loop is None:
             return self
         time, qpos = repeat_cycle(human, fitted.time, fitted.qpos, loop)
-        rate = (len(time) - 1) / (time[-1] - time[0])
+        rate = rate_of(time)
         smooth = differentiate(human, time, qpos, CUTOFF if CUTOFF < 0.45 * rate else None)
         feet = foot_path(human, qpos)
         events, _ = ordered_events(detect_gait_events(time, feet.heel, feet.toe, feet.pelvis))
@@ -145,7 +145,7 @@ class RecordedWalk:
         soles = sole_paths(self.human, motion.qpos)
         heights = []
         for side in SIDES:
-            low = soles.position[:, soles.of(side), 2].min(axis=1)
+            low = soles.lowest(side)
             for stance in stances(motion.events, side, motion.time[0], motion.time[-1]):
                 start, stop = stance.start, stance.stop
                 quarter = (stop - start) / 4

@@ -13,7 +13,7 @@ import numpy as np
 
 from plantigrade.analyze.curves import PELVIS
 from plantigrade.analyze.statistics import compare_curves
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, root_mean_square
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import contact_sites
 from plantigrade.errors import ReproduceError
@@ -24,7 +24,7 @@ from plantigrade.kinematics.trajectory import Trajectory
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.cycles import PERCENT, Cycle, cut_cycles, normalise
-from plantigrade.motion.motion import interpolate
+from plantigrade.motion.filters import interpolate
 from plantigrade.ordered_tasks.phases import Phase
 from plantigrade.record import Record
 from plantigrade.side_names import split_side
@@ -103,7 +103,7 @@ class Comparison:
     @property
     def com_error_rms_m(self) -> float:
         """Root mean square distance of the centre of mass from its path [m]."""
-        return float(np.sqrt(np.mean(np.square(self.com_error))))
+        return root_mean_square(self.com_error)
 
     @property
     def rom_error(self) -> dict[str, float]:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from plantigrade.analyze.trial import Trial
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, root_mean_square
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.contacts import stances
 from plantigrade.models.markers import landmarks_of
@@ -69,7 +69,7 @@ def sway_doubt(trial: Trial) -> str:
     speeds = [np.linalg.norm(standing_velocities(trial, part), axis=1) for part in PARTS_OF_STANCE]
     if not all(map(len, speeds)):
         return ""
-    least = min(float(np.sqrt((speed**2).mean())) for speed in speeds)
+    least = min(root_mean_square(speed) for speed in speeds)
     if least <= MAX_VELOCITY or max(map(np.median, speeds)) <= MAX_MEDIAN:
         return ""
     return (

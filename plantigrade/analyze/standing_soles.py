@@ -13,6 +13,7 @@ from plantigrade.kinematics.result import Fit
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.sole_rests import MAX_REST_HEIGHT, find_rests
 from plantigrade.motion import GaitEvent
+from plantigrade.motion.recording import rate_of
 
 STANCE_LOAD = 20.0  # [N] minimum load of a foot in stance
 # Limits of the mean height [mm], and of the height [mm] that a share of frames may exceed, because
@@ -32,14 +33,14 @@ def standing_soles(
     contact, time = sole_paths(fit.human, fit.qpos, fit.ground), fit.time
     stance = np.zeros((len(time), 2), dtype=bool)
     for s, side in enumerate(SIDES):
-        low = contact.position[:, contact.of(side), 2].min(axis=1)
+        low = contact.lowest(side)
         for each in stances(events, side, float(time[0]), float(time[-1])):
             frames = each.frames(time)
             own = low[frames]
             before, after = np.minimum.accumulate(own), np.minimum.accumulate(own[::-1])[::-1]
             stance[frames, s] |= own < np.maximum(before, after) + MAX_REST_HEIGHT
     if not events and len(time) > 2:
-        rests = find_rests(contact, (len(time) - 1) / (time[-1] - time[0]))
+        rests = find_rests(contact, rate_of(time))
         for rest in rests:
             stance[rest.start : rest.stop, SIDES.index(rest.side)] = True
     if forces is not None:

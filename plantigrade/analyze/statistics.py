@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, root_mean_square
 from plantigrade.errors import ParameterError
 
 
@@ -42,7 +42,7 @@ def compare_curves(a: Float[Array, " *shape"], b: Float[Array, " *same"]) -> Agr
     u, w = x - x.mean(), y - y.mean()
     scale = np.sqrt((u @ u) * (w @ w))
     return Agreement(
-        rmse=float(np.sqrt(np.mean(difference**2))),
+        rmse=root_mean_square(difference),
         rmse_offset_removed=float(np.std(difference)),
         correlation=float(u @ w / scale) if scale > 0 else float("nan"),
         mean_difference=float(np.mean(difference)),

@@ -13,6 +13,7 @@ from plantigrade.dynamics.centroid import check_motion, root_wrench_at, without_
 from plantigrade.errors import ParameterError
 from plantigrade.record import Record
 from plantigrade.record.moving_ground import GroundPath
+from plantigrade.spatial.conventions import cross
 
 STANCE_SHARE = 1e-3  # Share of body weight above which a site is in stance, if there is no plan
 
@@ -87,7 +88,7 @@ def sweep(record: Record) -> Sweep:
     if ground_path is not None:
         on = sites.grounded
         here = ground_path.inward(point[:, on])
-        gap[:, on] = here @ ground.normal - ground.under(here)
+        gap[:, on] = ground.gap(here)
         velocity[:, on] -= ground_path.velocity_at(point[:, on])
         normal[:, on] = (ground_path.rotation @ ground.normal)[:, None]
     for i, seat in sites.seats.items():
@@ -262,7 +263,7 @@ def _spheres(record: Record, frames: Frames, ground_path: GroundPath | None) -> 
         beneath = ground_path.inward(lowest)
     return {
         "spheres": lowest,
-        "clearance": beneath @ ground.normal - ground.under(beneath),
+        "clearance": ground.gap(beneath),
         "sphere_names": tuple(s.name for s in spheres),
         "sphere_sides": tuple(s.side for s in spheres),
     }
@@ -285,10 +286,3 @@ def _accelerations(record: Record) -> Float[Array, "n nv"]:
             known = ", ".join(record.human.body_names)
             raise ParameterError(f"{site.name}: no body {site.body!r}; there are {known}")
     return motion.qacc
-
-
-def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the cross product of rows; much faster than NumPy for three columns."""
-    x, y, z = a[..., 0], a[..., 1], a[..., 2]
-    u, v, w = b[..., 0], b[..., 1], b[..., 2]
-    return np.stack([y * w - z * v, z * u - x * w, x * v - y * u], axis=-1)

@@ -52,6 +52,7 @@ from plantigrade.motion import ForcePlate, GaitEvent, Markers, Motion
 from plantigrade.motion.cycles import Cycle, cut_cycles
 from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.events import detect_gait_events
+from plantigrade.motion.recording import rate_of
 from plantigrade.notes import Info
 from plantigrade.record import Record
 
@@ -301,7 +302,7 @@ def _possible_cutoff(time, cutoff: float | None) -> float | None:
     """Return the cut-off, or None if the frame rate is too low for it."""
     if cutoff is None or len(time) < 12:
         return None
-    rate = (len(time) - 1) / (time[-1] - time[0])
+    rate = rate_of(time)
     return cutoff if cutoff < 0.45 * rate else None
 
 

@@ -238,6 +238,10 @@ class Ground:
         level = self.along(x[..., 0])
         return np.asarray(np.maximum(level, self._relief_and_slope(x)[0])) if self.uneven else level
 
+    def gap(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n"]:
+        """Return the height of world points above the ground, along its normal [m]."""
+        return points @ self.normal - self.under(points)
+
     def above(self, points: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
         """Return world points in axes of the ground, with z the height above it [m]."""
         x = points @ self.to_world

@@ -280,5 +280,4 @@ def _lift(human: Human, ground: Ground, qpos: np.ndarray) -> float:
     sites = contact_sites(human)
     centre = np.array([data.geom(GEOM_PREFIX + site.name).xpos for site in sites])
     low = centre - np.array([[site.radius] for site in sites]) * ground.normal
-    gap = low @ ground.normal - ground.under(low)
-    return float(-gap.min() / ground.normal[2])
+    return float(-ground.gap(low).min() / ground.normal[2])

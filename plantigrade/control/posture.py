@@ -127,7 +127,7 @@ def resting_torques(
     body = BodyState(human, qpos)
     points = PointSet.of(human, sites)
     low = body.position(points) - np.array([[site.radius] for site in sites]) * ground.normal
-    loaded = low @ ground.normal - ground.under(low) < s.contact_height
+    loaded = ground.gap(low) < s.contact_height
     weight = human.mass * human.gravity
     if not loaded.any():
         return np.zeros(len(human.coordinates))

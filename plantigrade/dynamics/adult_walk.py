@@ -19,7 +19,7 @@ from plantigrade.kinematics.state import PointSet
 from plantigrade.kinematics.textbook_walk import ADULT_SPREAD, TextbookWalk, textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion.blends import cubic_rise
-from plantigrade.motion.motion import interpolate
+from plantigrade.motion.filters import interpolate
 
 CUTOFF = 6.0  # [Hz] low-pass of the motion, usual for walking (Winter 2009)
 HARMONICS = 6  # harmonics of the stride in the path of the pelvis
@@ -51,7 +51,7 @@ def _off_balance(walk: TextbookWalk) -> Float[Array, "n_frames 2"]:
     strikes = [e.time for e in walk.events if (e.side, e.kind) == ("r", "heel_strike")]
     start, stop = strikes[1:3]
     at = np.linspace(start, stop, 128, endpoint=False)
-    waves = np.fft.rfft([np.interp(at, time, e) for e in error.T])[:, : HARMONICS + 1] / len(at)
+    waves = np.fft.rfft(interpolate(at, time, error).T)[:, : HARMONICS + 1] / len(at)
     rate = 2 * np.pi * np.arange(HARMONICS + 1) / (stop - start)
     waves = -waves / (1 + body.com[:, 2].mean() / GRAVITY * rate**2)
     waves[:, 1:] *= 2

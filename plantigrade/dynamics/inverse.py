@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, root_mean_square
 from plantigrade.constants import SIDES
 from plantigrade.dynamics.centroid import check_motion, root_wrench_at
 from plantigrade.dynamics.plates import FootForces
@@ -111,7 +111,7 @@ def residual_metrics(moments: Moments, forces: FootForces) -> dict[str, float]:
     moment = np.linalg.norm(moments.residual_moment[valid], axis=1)
     peak = float(np.linalg.norm(forces.force.sum(axis=1), axis=1)[valid].max())
     height = float(np.mean(moments.com[valid, 2]))
-    rms_force, rms_moment = (float(np.sqrt(np.mean(x**2))) for x in (force, moment))
+    rms_force, rms_moment = (root_mean_square(x) for x in (force, moment))
     result = {
         "residual_frames": int(valid.sum()),
         "residual_force_rms_n": rms_force,

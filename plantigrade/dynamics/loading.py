@@ -121,7 +121,7 @@ def find_loading(human: Human, motion: Motion, ground: Ground = LEVEL_GROUND) ->
     loaded, levels = on_the_ground(time, soles)
     steps, found = [step for step in walking_intervals(motion) if step.rolls], []
     for k, side in enumerate(SIDES):
-        low = soles.position[:, soles.of(side), 2].min(axis=1)
+        low = soles.lowest(side)
         flat = [*_intervals(time, loaded[:, k], low - levels[:, k], side, "sole")]
         own = [step for step in steps if step.side == side]
         found += [part for step in own for part in _set_down_again(step, flat)] if own else flat

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.motion.filters import lowpass
-from plantigrade.motion.motion import interpolate
+from plantigrade.motion.filters import interpolate, lowpass
 from plantigrade.motion.plate_events import contact_events
 from plantigrade.motion.recording import ForcePlate, rate_of
 

@@ -86,14 +86,14 @@ def _swept(
     spheres.
     """
     n = motion.n_frames
-    feet = [human.body(f"foot_{side}") for side in SIDES]
+    feet = human.both("foot")
     points = PointSet(human, [f"foot_{side}" for side in SIDES], np.zeros((2, 3)))
     columns = tuple(tuple(np.flatnonzero(points.moved[k, 0])[6:].tolist()) for k in (0, 1))
     root, com = np.empty((n, 6)), np.empty((n, 3))
     joints = np.empty((n, 2, len(columns[0])))
     axes, arms = np.empty((n, 2, 3, len(columns[0]))), np.empty((n, 2, 3, len(columns[0])))
     ankle, forward, knee = (np.empty((n, 2, 3)) for _ in range(3))
-    shanks = [human.body(f"tibia_{side}") for side in SIDES]
+    shanks = human.both("tibia")
     others = [human.body(support.body) for support in supports]
     place = PointSet.of(human, [_Place(s.body, s.point) for s in supports])
     held, ahead = np.empty((n, len(others), 3)), np.empty((n, len(others), 3))

@@ -14,6 +14,7 @@ from plantigrade.exchange.clock import require_rate
 from plantigrade.exchange.gltf import Y_UP, Document, GltfSurface, normals_of, surface, together
 from plantigrade.io.writing import write_bytes
 from plantigrade.models import Human
+from plantigrade.motion.filters import bridged_gaps
 from plantigrade.pages.run_pages import title_of_run
 from plantigrade.pages.scene import VIEW_RATE, Scene, build_scene
 from plantigrade.pages.shapes import Shape, mesh_of, rgb
@@ -262,11 +263,8 @@ def _add_arrows(document: Document, scene: Scene) -> list[int]:
         name = f"ground_reaction_{side}" if side else "ground_reaction"
         mesh = document.mesh(name, [(_arrow(), document.material(name, colour))])
         node = document.node(name, mesh=mesh)
-        frames = np.arange(len(seen))
-        places = [np.interp(frames, frames[seen], column[seen]) for column in cop.T]
-        direction = [np.interp(frames, frames[seen], column[seen]) for column in force.T]
-        document.animate(node, "translation", np.stack(places, axis=1))
-        document.animate(node, "rotation", _pointing(np.stack(direction, axis=1)))
+        document.animate(node, "translation", bridged_gaps(cop, seen))
+        document.animate(node, "rotation", _pointing(bridged_gaps(force, seen)))
         scale = np.maximum(length, MIN_SIZE)[:, None]
         document.animate(node, "scale", scale * [1.0, 1.0, 1.0])
         nodes.append(node)

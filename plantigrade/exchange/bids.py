@@ -18,6 +18,7 @@ from plantigrade.constants import SIDE_NAMES
 from plantigrade.errors import FileError
 from plantigrade.exchange.clock import at_rate
 from plantigrade.io.writing import write_text
+from plantigrade.motion.recording import rate_of
 from plantigrade.record import Record, Run
 
 ENDING = "_motion.tsv"
@@ -120,7 +121,7 @@ def channels_of(
 
 def _sidecar(run: Run, task: str, channels: list[Channel], time: np.ndarray) -> dict:
     kinds = [channel.type for channel in channels]
-    rate = (len(time) - 1) / float(time[-1] - time[0]) if len(time) > 1 else 1.0
+    rate = rate_of(time) if len(time) > 1 else 1.0
     return {
         "TaskName": task,
         "TaskDescription": run.sentence or run.title or task,

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from plantigrade.arrays import spread
 from plantigrade.io.osim_body import OsimHuman
 from plantigrade.io.writing import write_text
 from plantigrade.kinematics.state import PointSet
@@ -46,7 +47,7 @@ def fitted_places(record: Record) -> dict[str, Attachment]:
     recorded, fitted, human = record.recorded_markers, record.fitted_markers, record.human
     if recorded is None or fitted is None:
         return {}
-    every = np.linspace(0, len(fitted) - 1, min(len(fitted), MAX_FRAMES)).astype(int)
+    every = spread(len(fitted), MAX_FRAMES)
     corners = np.vstack([np.zeros(3), np.eye(3)])
     bodies = [name for name in human.body_names for _ in corners]
     points = PointSet(human, bodies, np.tile(corners, (len(human.body_names), 1)))
@@ -58,8 +59,8 @@ def fitted_places(record: Record) -> dict[str, Attachment]:
         if not seen.any():
             continue
         local = np.einsum("nbij,nbj->nbi", axes[seen], path[seen][:, None] - origins[seen])
-        spread = local.std(axis=0).max(axis=1)
-        body = int(spread.argmin())
+        moved = local.std(axis=0).max(axis=1)
+        body = int(moved.argmin())
         place = local[:, body].mean(axis=0)
-        places[name] = Attachment(human.body_names[body], place, float(spread[body]))
+        places[name] = Attachment(human.body_names[body], place, float(moved[body]))
     return places

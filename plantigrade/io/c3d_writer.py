@@ -15,7 +15,7 @@ from plantigrade.arrays import Array, Float
 from plantigrade.errors import FileError
 from plantigrade.io.force_plates import plate_axes
 from plantigrade.io.writing import write_bytes
-from plantigrade.motion.recording import ForcePlate, GaitEvent, Recording, Subject
+from plantigrade.motion.recording import ForcePlate, GaitEvent, Recording, Subject, rate_of
 
 BLOCK = 512  # Bytes of a block
 MAX_LIST = 255
@@ -213,12 +213,12 @@ def _even_rate(time: np.ndarray, path: str | Path) -> float:
             "the markers are not evenly sampled in time, which C3D cannot store",
             remedy="resample them first, or write .trc or .csv",
         )
-    rate = (len(time) - 1) / float(time[-1] - time[0])
+    rate = rate_of(time)
     return float(round(rate)) if abs(rate - round(rate)) < 1e-3 * rate else rate
 
 
 def _samples_per_frame(plates: tuple[ForcePlate, ...], rate: float) -> int:
-    rates = [(len(p.time) - 1) / (p.time[-1] - p.time[0]) for p in plates if len(p.time) > 1]
+    rates = [rate_of(p.time) for p in plates if len(p.time) > 1]
     return max(1, int(np.ceil(max(rates, default=rate) / rate - 1e-3)))
 
 

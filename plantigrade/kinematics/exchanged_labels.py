@@ -27,7 +27,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from plantigrade.arrays import Array, Bool, Float
+from plantigrade.arrays import Array, Bool, Float, spread
 from plantigrade.errors import FitError
 from plantigrade.kinematics.inverse import InverseKinematics
 from plantigrade.kinematics.sides import mirrored
@@ -121,7 +121,7 @@ def exchanged_by_anatomy(
     usual = _with_their_limb(known, distances(samples).spread)
     frames = samples[np.isfinite(samples[..., 0]).sum(axis=1) >= min(6, len(usual))]
     if len(frames):
-        frames = frames[np.unique(np.linspace(0, len(frames) - 1, ANATOMY_FRAMES).astype(int))]
+        frames = frames[spread(len(frames), ANATOMY_FRAMES)]
         frames = _head_up(frames, known.standing)
         order, cost = _labelling(known, frames, usual)
         if _labelling(known, frames * MIRROR, usual)[1] < MAX_MIRRORED_RATIO * cost:
@@ -147,7 +147,7 @@ def _labelling(
     The cost is the mean distance to the nearest pose of a person of usual proportions, times one
     plus the share of the labels that are exchanged.
     """
-    some = frames[np.unique(np.linspace(0, len(frames) - 1, CONFIRMATION_FRAMES).astype(int))]
+    some = frames[spread(len(frames), CONFIRMATION_FRAMES)]
     height = known.human.height * _scale(known, frames)
     h = known.human
     human = Human.create(float(np.clip(height, 0.6, 2.4)), h.mass, h.sex, h.joints, h.feet)

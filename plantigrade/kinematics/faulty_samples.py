@@ -11,11 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from plantigrade.arrays import Array, Bool, Float
+from plantigrade.arrays import Array, Bool, Float, spread
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import other_side
 from plantigrade.motion import Markers
-from plantigrade.motion.distances import frames_looked_at
+from plantigrade.motion.distances import MAX_FRAMES
 from plantigrade.motion.filters import runs
 from plantigrade.printable import listed
 
@@ -82,7 +82,7 @@ def glued(markers: Markers, names: Sequence[str], landmark: Mapping[str, str | N
     of one with a landmark and one with an unknown name, which has no twin on the other side, the
     latter: it may be a trajectory that was not labelled.
     """
-    x = markers.select(list(names)).positions[frames_looked_at(markers.n_frames)]
+    x = markers.select(list(names)).positions[spread(markers.n_frames, MAX_FRAMES)]
     apart = np.full((len(names), len(names)), np.inf)
     for i in range(len(names)):
         distance = np.linalg.norm(x - x[:, i, None], axis=2)

@@ -41,7 +41,7 @@ def heights_in_stance(
         contact: The soles over a motion, above the ground.
         stance: Where each foot stands (right, left).
     """
-    low = [contact.position[:, contact.of(side), 2].min(axis=1) for side in SIDES]
+    low = [contact.lowest(side) for side in SIDES]
     return np.where(stance, np.stack(low, axis=1), np.nan)
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, spread
 from plantigrade.constants import SIDE_NAMES, SIDES
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.kinematics.ground_level import moving_ground
@@ -30,6 +30,7 @@ from plantigrade.kinematics.unmeasured_toes import TOE_JOINTS
 from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment, attachments
 from plantigrade.motion.filters import lowpass
+from plantigrade.motion.recording import rate_of
 
 # Height of the lateral malleolus over stature, and its spread, of 4,082 men and 1,986 women.
 MALLEOLUS_HEIGHT = {"male": 0.0415, "female": 0.0385}
@@ -186,15 +187,15 @@ def with_resting_soles(
         time: Time of each frame [s].
     """
     contact = sole_paths(human, qpos, ground)
-    rate = (len(time) - 1) / (time[-1] - time[0])
+    rate = rate_of(time)
     rests = find_rests(contact, rate, way=moving_ground(time, *contact.ends))
     seen = {p.body for p in places}
     offsets: dict[str, float] = {}
     for side in SIDES:
-        lowest = contact.position[:, contact.of(side), 2].min(axis=1)
+        lowest = contact.lowest(side)
         shift = {}
         for region in ("heel", "ball", "toes"):
-            height = contact.position[:, contact.of(side, region), 2].min(axis=1)
+            height = contact.lowest(side, region)
             carries = np.zeros(len(time), dtype=bool)
             for rest in rests:
                 if (rest.side, rest.region) == (side, region):
@@ -247,7 +248,7 @@ def _flat_frames(
     frames = np.flatnonzero(flat)
     if len(frames) < MIN_FLAT_FRAMES:
         return np.empty(0, dtype=int)
-    return frames[np.unique(np.linspace(0, len(frames) - 1, MAX_FLAT_FRAMES).astype(int))]
+    return frames[spread(len(frames), MAX_FLAT_FRAMES)]
 
 
 def _height(z: Float[Array, "n_all n_group"], moving: int) -> np.ndarray:

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, root_mean_square
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground, GroundStep
 from plantigrade.errors import FitError
@@ -114,7 +114,7 @@ def below_feet(
         )
     if not shape.steps:
         height = float(np.median(feet.height))
-        off = float(np.sqrt(np.mean((feet.height - height) ** 2)))
+        off = root_mean_square(feet.height - height)
         if off > MAX_LINE_ERROR:
             seems = suggested(human, time, qpos)
             remedy = f"they suggest {seems}" if seems else "on level ground leave out --ground"
@@ -169,7 +169,7 @@ def suggested(
     words = []
     if line is not None and abs(np.arctan(line[0])) < MAX_RAMP_SLOPE:
         off = feet.height - np.polyval(line, x)
-        if np.sqrt(np.mean(off**2)) < MAX_LINE_ERROR:
+        if root_mean_square(off) < MAX_LINE_ERROR:
             words.append(_sloping(float(np.arctan(line[0]))))
     levels = np.sort(feet.height)
     jumps = np.diff(levels)[np.diff(levels) > MIN_STEP_HEIGHT]

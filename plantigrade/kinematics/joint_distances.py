@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float, Int
+from plantigrade.arrays import Array, Float, Int, root_mean_square, spread
 from plantigrade.constants import SIDE_NAMES
 from plantigrade.kinematics.exchanged_labels import ARM_BODIES
 from plantigrade.models.landmarks import Attachment
@@ -74,7 +74,7 @@ class SegmentPoses:
         frames = frames[(frames >= margin) & (frames < len(x) - margin)]
         if len(frames) < MIN_FRAMES or x.shape[1] < MIN_CLUSTER:
             return None
-        frames = frames[np.unique(np.linspace(0, len(frames) - 1, MAX_FRAMES).astype(int))]
+        frames = frames[spread(len(frames), MAX_FRAMES)]
         seen = x[frames]
         origin = seen.mean(axis=1)
         arms = seen - origin[:, None]
@@ -104,7 +104,7 @@ def joint_centre(p: Float[Array, "n_frames n_markers 3"]) -> tuple[Float[Array, 
     seen = np.isfinite(b)
     A, b = A[seen], b[seen]
     found = np.linalg.lstsq(A, b, rcond=None)[0]
-    return found[:3], float(np.sqrt(np.mean((A @ found - b) ** 2)))
+    return found[:3], root_mean_square(A @ found - b)
 
 
 def late_notes(

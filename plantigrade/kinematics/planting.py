@@ -15,6 +15,7 @@ from plantigrade.kinematics.sole_paths import SolePaths, sole_paths
 from plantigrade.kinematics.sole_rests import ContactFrames, find_rests
 from plantigrade.models import Human
 from plantigrade.motion.blends import cubic_rise
+from plantigrade.motion.filters import bridged_gaps
 from plantigrade.side_names import split_side
 
 FADE_TIME = 0.12  # [s] time of a foot to settle on the ground and to leave it
@@ -156,11 +157,11 @@ def _wanted(contact: SolePaths, rests: list[ContactFrames], way: np.ndarray, fad
         common = np.zeros((n, 3))
         some = np.asarray(resting.any(axis=1))
         common[some] = np.nanmean(shift[some][:, all_points], axis=1)
-        common = _held(common, some) * _nearness(some, fade)[:, None]
+        common = bridged_gaps(common, some) * _nearness(some, fade)[:, None]
         for i in all_points:
             own = np.isfinite(shift[:, i, 0])
             near = _nearness(own, fade)[:, None]
-            filled = _held(np.nan_to_num(shift[:, i]), own) - common
+            filled = bridged_gaps(shift[:, i], own) - common
             offset[:, i] = common + near * filled
     desired = position + offset
     resting = np.isfinite(shift[..., 0]).T
@@ -211,12 +212,3 @@ def _nearness(inside: np.ndarray, fade: int) -> np.ndarray:
         return np.zeros(len(inside))
     gap = np.asarray(distance_transform_cdt(~inside))
     return cubic_rise(1 - gap / fade)
-
-
-def _held(values: np.ndarray, inside: np.ndarray) -> np.ndarray:
-    """Return values carried over gaps: linear between two runs, constant at the ends."""
-    if not inside.any():
-        return np.zeros_like(values)
-    k = np.arange(len(values))
-    where = np.flatnonzero(inside)
-    return np.stack([np.interp(k, where, values[where, i]) for i in range(values.shape[1])], 1)

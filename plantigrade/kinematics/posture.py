@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, root_mean_square, spread
 from plantigrade.constants import SIDES
 from plantigrade.kinematics.state import body_paths
 from plantigrade.models import Human
@@ -80,12 +80,12 @@ def lean_figures(human: Human, qpos: Float[Array, "n_frames nq"]) -> dict[str, f
     for name, landmark in (("trunk", "c7"), ("neck", "vertex")):
         ahead, left = leans(human, _few(qpos), landmark).T
         figures[f"{name}_lean_mean_deg"] = float(ahead.mean())
-        figures[f"{name}_sideways_rms_deg"] = float(np.sqrt(np.mean(left**2)))
+        figures[f"{name}_sideways_rms_deg"] = root_mean_square(left)
     return figures
 
 
 def _few(qpos: Float[Array, "n_frames nq"]) -> Float[Array, "n_few nq"]:
-    return qpos[np.unique(np.linspace(0, len(qpos) - 1, MAX_FRAMES).astype(int))]
+    return qpos[spread(len(qpos), MAX_FRAMES)]
 
 
 def pelvis_notes(

@@ -25,7 +25,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, root_mean_square
 from plantigrade.errors import FitError
 from plantigrade.kinematics.foot_bones import with_bones
 from plantigrade.kinematics.ground_level import level
@@ -117,7 +117,7 @@ def _figures(
 ) -> dict[str, float]:
     """Return figures of joint errors and shift of the ground [m], and lengths of the person."""
     return {
-        "joint_rms_mm": 1e3 * float(np.sqrt((error**2).mean())),
+        "joint_rms_mm": 1e3 * root_mean_square(error),
         "joint_error_max_mm": 1e3 * float(error.max()),
         "ground_shift_mm": 1e3 * float(np.median(rise)),
         "ground_slope_mm": 1e3 * float(np.ptp(rise)),

@@ -69,6 +69,10 @@ class SolePaths:
         pairs = zip(self.sites, self.region, strict=True)
         return np.flatnonzero([s.side == side and region in (None, r) for s, r in pairs])
 
+    def lowest(self, side: str, region: str | None = None) -> Float[Array, " n_frames"]:
+        """Return the height of the lowest point of a sole, or of one of its regions [m]."""
+        return self.position[:, self.of(side, region), 2].min(axis=1)
+
     @property
     def ends(self) -> list[Float[Array, "n_frames 2 3"]]:
         """Mean positions of the heels, then of the toes, of both feet, right first [m]."""

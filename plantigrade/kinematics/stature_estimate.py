@@ -106,7 +106,7 @@ def _estimate(
 
 def _leg(human: Human) -> float:
     d = human.dimensions
-    return d.thigh + d.shank + d.ankle_height
+    return d.leg_length
 
 
 def stature_notes(

@@ -82,7 +82,7 @@ class Stride:
         a heel strike falls if that foot lands where the body does not need it. A stride in which
         feet do not pass each other, or that does not go on, is returned as it is.
         """
-        feet = [human.body(f"foot_{side}") for side in SIDES]
+        feet = human.both("foot")
         right, left = body_paths(human, self.qpos, feet)[0][:, :, 0].T
         passing = np.flatnonzero(np.diff(np.sign(right - left)))
         if not self.cyclic or not len(passing) or passing[0] == 0:
@@ -112,7 +112,7 @@ class Stride:
         """
         if not self.cyclic:
             raise ParameterError("clearance needs a walk that is repeated, not a motion that ends")
-        feet = [human.body(f"foot_{side}") for side in SIDES]
+        feet = human.both("foot")
         place, turn = body_paths(human, self.qpos[:-1], feet)
         paths = sole_paths(human, self.qpos)
         for i, side in enumerate(SIDES):
@@ -140,7 +140,7 @@ class Stride:
         if not self.cyclic:
             raise ParameterError("softening needs a walk that is repeated, not a motion that ends")
         qpos = self.qpos[:-1].copy()
-        place, turn = body_paths(human, qpos, [human.body(f"foot_{side}") for side in SIDES])
+        place, turn = body_paths(human, qpos, human.both("foot"))
         height = _com_heights(human, qpos)
         steps = np.exp(4j * np.pi * self.time[:-1] / self.time[-1])  # two in a stride
         sine = 2.0 * np.real(np.mean(height * steps.conj()) * steps)
@@ -292,7 +292,7 @@ def off_the_belt(human: Human, motion: Motion) -> Motion:
     """Return a treadmill motion as it would be over the ground; any other one unchanged."""
     if np.linalg.norm(motion.qpos[-1, :2] - motion.qpos[0, :2]) > MIN_TRAVEL * motion.duration:
         return motion
-    feet = [human.body(f"foot_{s}") for s in SIDES]
+    feet = human.both("foot")
     toes = [max(i for i, b in enumerate(human.body_names, 1) if b[-2:] == f"_{s}") for s in SIDES]
     places, _ = body_paths(human, motion.qpos, [*feet, *toes])
     way = moving_ground(motion.time, places[:, :2], places[:, 2:])

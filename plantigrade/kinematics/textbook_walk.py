@@ -43,7 +43,7 @@ def textbook_walk(
     of that of children.
     """
     d = human.dimensions
-    leg = d.thigh + d.shank + d.ankle_height
+    leg = d.leg_length
     walk = textbook_gait(speed, leg, rate=rate, cycles=cycles, adult=adult)
     names = tuple(walk.coordinates)
     qpos = human.from_coordinates(names, np.stack([walk.coordinates[n] for n in names], axis=1))

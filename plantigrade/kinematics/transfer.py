@@ -73,7 +73,7 @@ class _Legs:
     @classmethod
     def of(cls, human: Human, qpos: Float[Array, "n nq"]) -> "_Legs":
         state, still = BodyState(human, qpos[0]), np.zeros(human.model.nv)
-        feet, hips = (np.array([human.body(f"{b}_{s}") for s in SIDES]) for b in ("foot", "femur"))
+        feet, hips = (np.array(human.both(bone)) for bone in ("foot", "femur"))
         ankle, hip = np.zeros((2, len(qpos), 2, 3))
         turn, left = np.zeros((len(qpos), 2, 3, 3)), np.zeros((len(qpos), 3))
         for k, posture in enumerate(qpos):
@@ -84,7 +84,7 @@ class _Legs:
         left /= np.linalg.norm(left, axis=1)[:, None]
         apart = float(np.linalg.norm(hip[0, 1] - hip[0, 0]))
         paths = sole_paths(human, qpos)
-        sole = np.stack([paths.position[:, paths.of(s), 2].min(axis=1) for s in SIDES], axis=1)
+        sole = np.stack([paths.lowest(s) for s in SIDES], axis=1)
         return cls(ankle, turn, sole, np.einsum("nik,nk->ni", ankle - hip, left), left, apart)
 
 

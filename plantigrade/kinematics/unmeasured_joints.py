@@ -19,11 +19,12 @@ from functools import partial
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from plantigrade.arrays import Array, Bool, Float
+from plantigrade.arrays import Array, Bool, Float, root_mean_square
 from plantigrade.constants import GRAVITY, SIDES
 from plantigrade.kinematics.state import PointSet, sweep
 from plantigrade.models import Human
 from plantigrade.models.upper_body import TRUNK_TILT, swing_scale, upper_body
+from plantigrade.motion.recording import rate_of
 from plantigrade.printable import joined
 from plantigrade.side_names import split_side
 from plantigrade.spatial.conventions import (
@@ -158,10 +159,10 @@ def leg_swing(
         before[:, shown.index(False)] = 2 * one.mean() - one
     ahead = _smooth(time, before[:, 0] - before[:, 1], RATE_SMOOTHING)
     rate = np.gradient(ahead, time)
-    size = float(np.sqrt(np.mean(ahead**2)))
+    size = root_mean_square(ahead)
     if size < 1e-6:
         return still
-    strides = float(np.clip(np.sqrt(np.mean(rate**2)) / size / (2 * np.pi), *STRIDE_FREQUENCIES))
+    strides = float(np.clip(root_mean_square(rate) / size / (2 * np.pi), *STRIDE_FREQUENCIES))
     for _ in range(3):  # the rhythm, ever better
         omega = 2 * np.pi * strides
         turning = (ahead - 1j * rate / omega) * np.exp(-1j * omega * time)
@@ -174,7 +175,7 @@ def leg_swing(
             np.clip(weight @ np.gradient(phase, time) / (2 * np.pi), *STRIDE_FREQUENCIES)
         )
     d = human.dimensions
-    leg = d.thigh + d.shank + d.ankle_height
+    leg = d.leg_length
     speed = 2 * step * strides / np.sqrt(GRAVITY * leg)
     height = qpos[:, 2] - weight @ qpos[:, 2]
     rise = 2 * float(weight @ (height * np.cos(2 * phase)))
@@ -253,6 +254,6 @@ def _smooth(time, values, width: float) -> np.ndarray:
     """Return a signal's mean about each frame, weighted by a bell of standard deviation [s]."""
     from scipy.ndimage import gaussian_filter1d
 
-    frames = width * (len(time) - 1) / (time[-1] - time[0])
+    frames = width * rate_of(time)
     bell = partial(gaussian_filter1d, sigma=frames, mode="constant")
     return bell(np.asarray(values, float)) / bell(np.ones(len(time)))

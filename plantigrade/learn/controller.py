@@ -8,7 +8,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, root_mean_square
 from plantigrade.learn.batch_state import BatchState
 from plantigrade.learn.onnx_policy import OnnxPolicy, is_onnx
 from plantigrade.learn.policy import Policy
@@ -106,7 +106,7 @@ class PolicyController(Controller):
         tracking = self._at(now + 1.0 / self.rates.control)
         stiffness, damping = form.action.gains_of(action)
         off = state.qpos[7:] - frame.qpos[0, 7:]
-        signals: dict[str, Any] = {"tracking_error": float(np.sqrt(np.mean(off**2)))}
+        signals: dict[str, Any] = {"tracking_error": root_mean_square(off)}
         if form.action.joints:
             signals["foot_stiffness"] = form.action.stiffness_of_joints(action)[0]
         return StablePD(

@@ -53,7 +53,7 @@ class LandingWatch:
         human = first.human
         self._worlds, self._weight = worlds, human.mass * GRAVITY
         self._group = np.array([SIDES.index(site.side) for site in first.sites])
-        self._feet = [human.body(f"foot_{side}") for side in SIDES]
+        self._feet = human.both("foot")
         # A filter of first order, exact for a force that is constant within a step.
         self._share = 1.0 - float(np.exp(-2.0 * np.pi * PLATE_CUTOFF / first.rate))
         self._level, self._peak, self._trough = [1.0] * n, [1.0] * n, [1.0] * n

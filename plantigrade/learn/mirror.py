@@ -7,7 +7,7 @@ In the second half of a symmetric walk, observations and actions are mirrored (t
 import mujoco
 import numpy as np
 
-from plantigrade.arrays import Float
+from plantigrade.arrays import Float, root_mean_square
 from plantigrade.errors import ParameterError
 from plantigrade.learn.action import Action
 from plantigrade.learn.reference import ReferenceMotion
@@ -69,7 +69,7 @@ def asymmetry(reference: ReferenceMotion) -> float:
     sign = np.array([mirror_sign(name) for name in names])
     time = np.linspace(0.0, reference.period, 32, endpoint=False)
     now, later = (reference.at(time + lag).qpos[:, 7:] for lag in (0.0, 0.5 * reference.period))
-    return float(np.sqrt(np.mean((now[:, other] * sign - later) ** 2)))
+    return root_mean_square(now[:, other] * sign - later)
 
 
 def check_symmetry(reference: ReferenceMotion) -> None:

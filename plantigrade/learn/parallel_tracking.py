@@ -56,7 +56,7 @@ class ParallelTracking:
         self._motors = BatchMotors(self.worlds)
         self._view = BatchState(human, [(w.model, w.data) for w in self.worlds])
         rest = BodyState(human, human.standing())
-        self._feet = np.array([human.body(f"foot_{side}") for side in SIDES]) - 1
+        self._feet = np.array(human.both("foot")) - 1
         self._ankle = min(float(rest.origin(f"foot_{side}")[2]) for side in SIDES)
         self._low = MIN_PELVIS_HEIGHT * float(human.standing()[2])
         self._begin = np.zeros(n)

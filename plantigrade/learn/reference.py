@@ -128,7 +128,7 @@ class ReferenceMotion:
                 length times gravity.
         """
         d = human.dimensions
-        speed = speed or 0.4 * float(np.sqrt(GRAVITY * (d.thigh + d.shank + d.ankle_height)))
+        speed = speed or 0.4 * float(np.sqrt(GRAVITY * d.leg_length))
         walk = textbook_walk(human, speed=speed, rate=60.0, cycles=2)
         rest = np.zeros((len(walk.time), human.model.nv))
         motion = Motion(walk.time, walk.qpos, rest, human.joint_names, events=walk.events)

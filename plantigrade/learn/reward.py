@@ -107,7 +107,7 @@ class Reward:
         names = [human.body_names[b - 1] for b in human.model.jnt_bodyid[1:]]
         inner = [n.startswith(FOOT_PREFIXES) and not n.startswith("foot") for n in names]
         self._counts = np.where(np.array(inner) & (not weights.feet), 0.0, 1.0)
-        self._feet = np.array([human.body(f"foot_{side}") for side in SIDES]) - 1
+        self._feet = np.array(human.both("foot")) - 1
         self._soles = _soles(reference) if weights.soles else None
         self._shares = load_shares(reference) if weights.load else None
 
@@ -168,7 +168,7 @@ def foot_inclination(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 2"]:
 def _soles(reference: ReferenceMotion) -> Float[Array, "n_rows 2 2"]:
     """Return the inclination of the feet over the stride, in :data:`ROWS` rows."""
     human = reference.human
-    data, feet = mujoco.MjData(human.model), [human.body(f"foot_{side}") for side in SIDES]
+    data, feet = mujoco.MjData(human.model), human.both("foot")
     found = np.zeros((ROWS, len(feet), 2))
     for k, qpos in enumerate(reference.at(np.linspace(0.0, reference.period, ROWS)).qpos):
         data.qpos[:] = qpos
@@ -184,7 +184,7 @@ def load_shares(reference: ReferenceMotion) -> Float[Array, " n_rows"]:
     """
     at = np.linspace(0.0, 1.0, ROWS)
     soles = sole_paths(reference.human, reference.at(at * reference.period).qpos)
-    heights = np.stack([soles.position[:, soles.of(s), 2].min(axis=1) for s in SIDES], axis=1)
+    heights = np.stack([soles.lowest(s) for s in SIDES], axis=1)
     right, left = (heights - heights.min(axis=0) < DOWN_HEIGHT).T
     alone = right != left
     if not alone.any():

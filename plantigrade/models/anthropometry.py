@@ -50,6 +50,11 @@ class Dimensions:
         """Stature: the sum of the vertical lengths [m]."""
         return float(sum(getattr(self, name) for name in _VERTICAL))
 
+    @property
+    def leg_length(self) -> float:
+        """Hip joint centre above the sole, with a straight leg [m]."""
+        return float(self.thigh + self.shank + self.ankle_height)
+
     @classmethod
     def names(cls) -> tuple[str, ...]:
         """Return the names of all lengths."""

@@ -168,6 +168,10 @@ class Human:
             raise CoordinateNotFound(f"no body {name!r}; {known_names(name, self.body_names)}")
         return self.body_names.index(name) + 1
 
+    def both(self, name: str) -> list[int]:
+        """Return the indices of the right and the left body of a name, such as ``"foot"``."""
+        return [self.body(f"{name}_{side}") for side in SIDES]
+
     def hinge(self, coordinate: str) -> int:
         """Return the index of a hinge within :attr:`coordinates`.
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float, Int
+from plantigrade.arrays import Array, Float, spread
 
 MIN_FRAMES = 5  # with both markers
 MAX_FRAMES = 60  # that are evaluated
@@ -21,7 +21,7 @@ class Distances:
 
 def distances(positions: Float[Array, "n_frames n_markers 3"]) -> Distances:
     """Return the distances between all markers, from frames spread over the recording."""
-    x = positions[frames_looked_at(len(positions))]
+    x = positions[spread(len(positions), MAX_FRAMES)]
     i, j = np.triu_indices(x.shape[1], 1)
     apart = np.sort(np.linalg.norm(x[:, i] - x[:, j], axis=-1), axis=0)  # NaN come last
     count = np.isfinite(apart).sum(axis=0)
@@ -36,8 +36,3 @@ def distances(positions: Float[Array, "n_frames n_markers 3"]) -> Distances:
     for matrix, values in ((found.usual, usual), (found.spread, (high - low) / 2)):
         matrix[i, j] = matrix[j, i] = np.where(few, np.nan, values)
     return found
-
-
-def frames_looked_at(count: int) -> Int[Array, " n"]:
-    """Return the frames from which distances are taken."""
-    return np.unique(np.linspace(0, count - 1, MAX_FRAMES).astype(int))

@@ -181,9 +181,31 @@ def resample(
         if len(t) >= 4:
             found = CubicSpline(t, y)(times)
         else:
-            found = np.stack([np.interp(times, t, each) for each in y.T], axis=1)
+            found = interpolate(times, t, y)
         result[np.ix_(order[first:last], columns)] = found
     return result.reshape((len(new_time), *values.shape[1:]))
+
+
+def interpolate(
+    time: Float[Array, " n"], clock: Float[Array, " m"], values: Float[Array, " m *channels"]
+) -> Float[Array, " n *channels"]:
+    """Return a signal at other times [s], linearly interpolated, and constant beyond its ends."""
+    columns = values.reshape(len(values), -1).T
+    found = np.stack([np.interp(time, clock, column) for column in columns], axis=1)
+    return found.reshape(len(time), *values.shape[1:])
+
+
+def bridged_gaps(
+    values: Float[Array, " n *channels"], known: Bool[Array, " n"]
+) -> Float[Array, " n *channels"]:
+    """Return a signal with straight lines across its gaps, and constant beyond its known ends.
+
+    Zero where nothing is known.
+    """
+    if not known.any():
+        return np.zeros_like(values)
+    frames = np.arange(len(values))
+    return interpolate(frames, frames[known], values[known])
 
 
 def _columns(values):

@@ -8,7 +8,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.charts import Figure
 from plantigrade.errors import CoordinateNotFound, known_names
-from plantigrade.motion.filters import resample
+from plantigrade.motion.filters import interpolate, resample
 from plantigrade.motion.recording import GaitEvent, rate_of
 from plantigrade.motion.views import curves_of, dataframe, plot_curves, summary, table_html
 from plantigrade.spatial.conventions import (
@@ -150,12 +150,3 @@ def resampled(motion: Motion, time: Float[Array, " n"]) -> Motion:
     here, speed = (interpolate(time, motion.time, values) for values in (qpos, motion.qvel))
     here[:, 3:7] /= np.linalg.norm(here[:, 3:7], axis=1, keepdims=True)
     return Motion(time, here, speed, motion.joint_names, events=motion.events)
-
-
-def interpolate(
-    time: Float[Array, " n"], clock: Float[Array, " m"], values: Float[Array, " m *channels"]
-) -> Float[Array, " n *channels"]:
-    """Return a signal at other times [s], linearly interpolated, and constant beyond its ends."""
-    columns = values.reshape(len(values), -1).T
-    found = np.stack([np.interp(time, clock, column) for column in columns], axis=1)
-    return found.reshape(len(time), *values.shape[1:])

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, root_mean_square
 from plantigrade.constants import SIDES
 from plantigrade.models import Human
 from plantigrade.models.mirror import mirrored_name
@@ -71,7 +71,7 @@ def find_loop(
     step = (time[-1] - time[0]) / (n - 1)
     legs = qpos[:, columns]
     rates = np.diff(legs, axis=0) / step
-    rms_rate = np.sqrt(np.mean(rates**2))
+    rms_rate = root_mean_square(rates)
     if rms_rate < s.min_speed:
         return None
     for mirrored in (False, True):
@@ -82,8 +82,8 @@ def find_loop(
         repeats_first_frame = bool(
             np.linalg.norm(gap) <= s.repeat_ratio * np.linalg.norm(gap_after)
         )
-        misfit = np.sqrt(np.mean((gap if repeats_first_frame else gap_after) ** 2))
-        rate_error = np.sqrt(np.mean((first_rate - rates[-1]) ** 2))
+        misfit = root_mean_square(gap if repeats_first_frame else gap_after)
+        rate_error = root_mean_square(first_rate - rates[-1])
         period = float(step * (n - 1 if repeats_first_frame else n))
         whole = 2 * period if mirrored else period
         closes = misfit <= s.max_posture_error and rate_error <= s.max_velocity_error * rms_rate

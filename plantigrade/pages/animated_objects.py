@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.motion.motion import interpolate
+from plantigrade.motion.filters import interpolate
 from plantigrade.pages.animated_ground import WOOD, WOOD_EDGE
 from plantigrade.pages.svg_animation import Shot
 from plantigrade.record import Record

@@ -15,7 +15,8 @@ from markupsafe import Markup
 
 from plantigrade.arrays import Array, Float
 from plantigrade.errors import ParameterError
-from plantigrade.motion.motion import interpolate, resampled
+from plantigrade.motion.filters import interpolate
+from plantigrade.motion.motion import resampled
 from plantigrade.pages.animated_ground import stage
 from plantigrade.pages.animated_objects import object_layers, objects_at
 from plantigrade.pages.bone_layers import bone_layers, contact_dots, veil

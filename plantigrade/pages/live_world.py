@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, spread
 from plantigrade.charts import theme
 from plantigrade.charts.labels import MIN_SPANS, title_of
 from plantigrade.constants import SIDE_NAMES, SIDES
@@ -216,7 +216,7 @@ def curves_data(frame: LiveFrame, soles: Sequence[SoleOutline], joint: str) -> d
     own = [world.human.hinge(name) for name in pair or [joint]]
     feet = {SIDE_NAMES[s]: theme.SIDE_COLOURS[s] for s in SIDES}
     joints = {SIDE_NAMES[n[-1]]: theme.SIDE_COLOURS[n[-1]] for n in pair} or {"": theme.MIDDLE}
-    rows = np.unique(np.linspace(0, len(past.time) - 1, MAX_POINTS).astype(int))
+    rows = spread(len(past.time), MAX_POINTS)
     title = title_of(joint)
 
     def chart(title: str, unit: str, lines: dict[str, str], values: Float[Array, "n k"]) -> Any:

@@ -9,6 +9,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float, Int
 from plantigrade.charts import theme
+from plantigrade.motion.filters import bridged_gaps
 from plantigrade.pages.camera import Camera
 from plantigrade.pages.shapes import Shape, surface_points
 from plantigrade.pages.svg_animation import AnimationClock
@@ -87,12 +88,10 @@ def force_arrow(
         length: Length of the arrow of one body weight [m].
         width: Width of the head [m]; it shrinks with a short arrow.
     """
-    known = np.isfinite(np.concatenate([point, force], axis=1)).all(axis=1)
+    known = np.asarray(np.isfinite(np.concatenate([point, force], axis=1)).all(axis=1))
     if not known.any():
         return ""
-    frames = np.arange(len(point))
-    foot = np.stack([np.interp(frames, frames[known], p[known]) for p in point.T], axis=1)
-    start = camera.project(foot)
+    start = camera.project(bridged_gaps(point, known))
     shaft = camera.project(
         np.where(np.isfinite(force) & np.isfinite(point), force, 0.0) * length / weight
     )

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter
 
 from plantigrade.arrays import Array, Float, Int
+from plantigrade.motion.filters import interpolate
 from plantigrade.pages.outlines import pair
 
 FILL_STEP = 1.0  # Distance of the points that fill a triangle, in steps of the grid. Chosen.
@@ -153,7 +154,7 @@ def _resampled(curve: Float[Array, "n 2"], count: int) -> Float[Array, "count 2"
     closed = np.concatenate([curve, curve[:1]])
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
     distance = along[-1] * np.arange(count) / count
-    return np.stack([np.interp(distance, along, each) for each in closed.T], axis=1)
+    return interpolate(distance, along, closed)
 
 
 def _controls(points: Float[Array, "n 2"]) -> Float[Array, "n 2"]:

@@ -237,6 +237,14 @@ def _pelvis_rate_matrix(
     return matrices(E), matrices(E_dot)
 
 
+def cross(a: Float[Array, "*n 3"], b: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
+    """Return cross products, faster than NumPy."""
+    return a.take(_AHEAD, -1) * b.take(_BEHIND, -1) - a.take(_BEHIND, -1) * b.take(_AHEAD, -1)
+
+
+_AHEAD, _BEHIND = np.array([1, 2, 0]), np.array([2, 0, 1])
+
+
 def unit_vectors(vectors: Float[Array, "*n k"]) -> Float[Array, "*n k"]:
     """Return vectors of length one; zero stays zero."""
     return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), MIN_LENGTH)

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.plan import ContactPlan
-from plantigrade.motion.motion import interpolate
+from plantigrade.motion.filters import interpolate
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.problem.nlp import Problem

@@ -8,6 +8,7 @@ import numpy as np
 
 from plantigrade.analyze.body_mass import WEIGHINGS, MeasuredMass
 from plantigrade.analyze.trial import analyse
+from plantigrade.arrays import spread
 from plantigrade.errors import FitError, PlantigradeError
 from plantigrade.io import read
 from plantigrade.io.subjects import MAX_DIFFERENCE, difference, same_size, subjects
@@ -18,7 +19,7 @@ from plantigrade.kinematics.scaled_body import ScaledBody, Shared, scale
 from plantigrade.models.markers import read_marker_set
 from plantigrade.models.person import Person
 from plantigrade.motion import Recording, Subject
-from plantigrade.motion.distances import frames_looked_at
+from plantigrade.motion.distances import MAX_FRAMES
 from plantigrade.notes import Info
 from plantigrade.record.jobs import Workers
 from plantigrade.workflows.fit import given_ground, load
@@ -54,7 +55,7 @@ def _looked_at(path: Path) -> Recording | None:
     markers = recording.markers
     if markers is None or not markers.names:
         return None
-    frames = frames_looked_at(markers.n_frames)
+    frames = spread(markers.n_frames, MAX_FRAMES)
     few = replace(markers, time=markers.time[frames], positions=markers.positions[frames])
     return Recording(recording.source, few, subject=recording.subject)
 

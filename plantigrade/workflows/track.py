@@ -20,6 +20,7 @@ from plantigrade.analyze.recorded_walk import RecordedWalk
 from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.analyze.reproduction_status import limit_of, limits_exceeded
 from plantigrade.analyze.trial import Trial, analyse
+from plantigrade.arrays import root_mean_square
 from plantigrade.constants import SIDES
 from plantigrade.contact.site import ContactSite
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
@@ -107,7 +108,7 @@ class Tracked:
         apart = found - resample(self.motion.time, recorded, ours.time)
         apart[:, :3] = within_half_turn(apart[:, :3])
         angles = np.delete(apart, [3, 4, 5], axis=1)
-        return float(np.sqrt((angles**2).mean())), float(np.sqrt((apart[:, 3:6] ** 2).mean()))
+        return root_mean_square(angles), root_mean_square(apart[:, 3:6])
 
     @cached_property
     def with_recording(self) -> Record:

@@ -106,7 +106,7 @@ def stands(
         return False
     sites = contact_sites(human)
     places = BodyState(human, qpos).position(PointSet.of(human, sites))
-    gap = places @ ground.normal - ground.under(places) - [site.radius for site in sites]
+    gap = ground.gap(places) - [site.radius for site in sites]
     return all(
         min(g for g, s in zip(gap, sites, strict=True) if s.side == x) < MAX_STANDING_GAP
         for x in "rl"

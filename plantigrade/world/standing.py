@@ -95,7 +95,7 @@ def fit_soles(human: Human, ground: Ground, qpos: Float[Array, " nq"]) -> Float[
     for _ in range(30):
         normal = ground.normal_at(state.position(spheres))
         sole = state.position(spheres) - radius * normal
-        gap = (sole @ ground.normal - ground.under(sole)) * (normal @ ground.normal)
+        gap = ground.gap(sole) * (normal @ ground.normal)
         ankle_error = (first.position(ankles) - state.position(ankles))[:, :2].ravel()
         yaw_error = [
             0.5 * np.cross(state.rotation(f).T, first.rotation(f).T).sum(axis=0)[2]
@@ -171,9 +171,8 @@ def on_ground(human: Human, ground: Ground, qpos: Float[Array, " nq"]) -> Float[
     radius = np.array([[s.radius] for s in sites])
     normal = ground.normal_at(centre)
     sole = centre - radius * normal
-    gap = sole @ ground.normal - ground.under(sole)
     moved = qpos.copy()
-    moved[2] -= gap.min() / ground.normal[2]
+    moved[2] -= ground.gap(sole).min() / ground.normal[2]
     return moved
 
 

@@ -19,8 +19,7 @@ from plantigrade.kinematics.sole_paths import sole_paths as contact_points
 from plantigrade.kinematics.textbook_recording import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
-from plantigrade.motion.filters import runs
-from plantigrade.motion.motion import interpolate
+from plantigrade.motion.filters import interpolate, runs
 from plantigrade.trajopt import ContactBody, synthesize
 from plantigrade.trajopt.tasks.recorded_stances import TOE_ROLL_TIME
 from plantigrade.trajopt.tasks.tracking import GRID, contacts_of, grounded, recorded_stances, track

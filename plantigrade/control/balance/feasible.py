@@ -21,7 +21,7 @@ import numpy as np
 from scipy.linalg import solve_banded
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.constants import GRAVITY, SIDES
+from plantigrade.constants import GRAVITY
 from plantigrade.control.balance.postures import (
     N_ITERATIONS,
     PostureSolverSettings,
@@ -104,7 +104,7 @@ def feasible_motion(
     """
     s, motion = settings or FeasibleSettings(), reference.motion
     com = feasible_path(reference.time, reference.com, reference.spheres, reference.contact, s)
-    feet = [human.body(f"foot_{side}") for side in SIDES]
+    feet = human.both("foot")
     state, qpos = BodyState(human, motion.qpos[0]), motion.qpos.copy()
     solver = s.solver
     own = np.full(human.model.nv, solver.joint_weight)

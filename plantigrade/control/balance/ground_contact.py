@@ -98,5 +98,5 @@ def sphere_heights(state: State, contact: GroundContact) -> tuple[Array, Array]:
     centre = np.array(state.world.data.geom_xpos)[contact.geoms]
     normal = ground.normal_at(centre)
     low = centre - np.array(contact.model.geom_size)[contact.geoms, :1] * normal
-    rise = low @ ground.normal - ground.under(low)
+    rise = ground.gap(low)
     return rise * (normal @ ground.normal), normal

@@ -53,7 +53,7 @@ class PostureSolver:
         self._standing = standing_on(human, Ground())
         state = BodyState(human, self._standing)
         self.com = state.com
-        self._feet = [human.body(f"foot_{side}") for side in SIDES]
+        self._feet = human.both("foot")
         self._ankles = np.array([state.origin(foot) for foot in self._feet])
         self._ankles[:, 2] = [poser.standing for poser in self._posers]
         ahead = [state.rotation(foot)[:2, 0] for foot in self._feet]

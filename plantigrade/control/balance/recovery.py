@@ -120,7 +120,7 @@ class Recovery:
         self.disturbance = DisturbanceEstimator(settings.disturbance)
         sides = [site.side for site in contact.world.sites if site.side]
         self.foot_spheres = np.array([[side == s for side in sides] for s in SIDES])
-        self.feet = [human.body(f"foot_{side}") for side in SIDES]
+        self.feet = human.both("foot")
         owners = [human.body_names[i - 1] for i in contact.body]
         local = np.array(contact.model.geom_pos)[contact.geoms]
         self._spheres = PointSet(human, owners, local)

@@ -218,7 +218,7 @@ class MotionReference(Reference):
         else:
             ground, s = ground or Ground(), settings or LoadSettings()
             radius = np.array([site.radius for site in sites])
-            gap = self.spheres @ ground.normal - ground.under(self.spheres) - radius
+            gap = ground.gap(self.spheres) - radius
             speed = np.linalg.norm(np.gradient(self.spheres, self.time, axis=0), axis=2)
             self.contact = (gap < s.max_height + gap.min()) & (speed < s.max_speed)
         self.com_velocity = np.gradient(self.com, self.time, axis=0)

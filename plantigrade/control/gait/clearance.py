@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, spread
 from plantigrade.constants import SIDES
 from plantigrade.contact.ground import Ground
 from plantigrade.record import Record
@@ -51,7 +51,7 @@ def clearance_of(record: Record, settings: ClearanceSettings | None = None) -> S
     model = world_model(human, Ground(), step=0.001)
     data = mujoco.MjData(model)
     kind = np.array([part_of(model.body(int(b)).name) for b in model.geom_bodyid])
-    every = np.linspace(0, motion.n_frames - 1, min(N_FRAMES, motion.n_frames)).astype(int)
+    every = spread(motion.n_frames, N_FRAMES)
     frames = motion.qpos[every].copy()
     out, first = [0.0, 0.0], [0.0, 0.0]
     legs = 0.0

@@ -6,6 +6,7 @@ A plan may clear an edge by a millimetre; with an error of a centimetre a person
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.ground import Ground
@@ -58,8 +59,7 @@ def lifts(
     if not lift.any():
         return lift
     n = round(settings.smoothing_time / step)
-    wide = np.pad(lift, n)
-    widest = np.lib.stride_tricks.sliding_window_view(wide, 2 * n + 1).max(axis=1)
+    widest = maximum_filter1d(lift, 2 * n + 1, mode="constant")
     window = np.hanning(2 * n + 3)[1:-1]
     smooth = np.convolve(np.pad(widest, n, mode="edge"), window / window.sum(), mode="valid")
     return np.where(stands, 0.0, smooth)

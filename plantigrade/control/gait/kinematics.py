@@ -40,7 +40,7 @@ class Kinematics:
         human, ground, n, k = record.human, record.ground, len(qpos), len(sites)
         model = human.model
         data = mujoco.MjData(model)
-        feet = [human.body(f"foot_{side}") for side in SIDES]
+        feet = human.both("foot")
         body = np.array([human.body(s.body) for s in sites])
         local = np.array([s.position for s in sites])
         radius = np.array([s.radius for s in sites])
@@ -64,7 +64,7 @@ class Kinematics:
         seated = np.array([s.side == "" for s in sites])[:, None]
         down = np.where(seated, [0.0, 0.0, 1.0], ground.normal) * radius[:, None]
         low -= down
-        height = low @ ground.normal - ground.under(low)
+        height = ground.gap(low)
         height[:, seated[:, 0]] = 0.0
         moving = np.linalg.norm(np.gradient(low, step, axis=0), axis=2)
         return cls(com, com_velocity, position, velocity, rotation, angular, low, height, moving)

@@ -12,8 +12,7 @@ from plantigrade.control.gait.edges import EdgeSettings
 from plantigrade.control.gait.kinematics import Kinematics
 from plantigrade.control.gait.schedule import settled
 from plantigrade.control.gait.step import StepSettings
-from plantigrade.motion.filters import runs
-from plantigrade.motion.motion import interpolate
+from plantigrade.motion.filters import interpolate, runs
 from plantigrade.record import Record
 from plantigrade.wbc.forces import ForceSettings
 

@@ -33,7 +33,7 @@ from plantigrade.control.gait.schedule import (
 )
 from plantigrade.control.gait.step import StepSettings
 from plantigrade.errors import ParameterError
-from plantigrade.motion.motion import interpolate
+from plantigrade.motion.filters import interpolate
 from plantigrade.record import Record
 
 STEP = 0.002  # [s] time step of the grid
@@ -174,8 +174,7 @@ def _of_all(force: Float[Array, "n k 3"], sites: tuple[ContactSite, ...]) -> Flo
 
 def _rate(record: Record, com: Float[Array, "n 3"]) -> float:
     """Return the rate of the pendulum [1/s]."""
-    height = com @ record.ground.normal - record.ground.under(com)
-    return float(np.sqrt(GRAVITY / np.mean(height)))
+    return float(np.sqrt(GRAVITY / np.mean(record.ground.gap(com))))
 
 
 def _set_down(sites: tuple[ContactSite, ...], load: Float[Array, "n k"], weight: float) -> None:

@@ -88,7 +88,7 @@ class Pendulum(Controller):
         self.reference = ScaledReference(self.reference_for(record, self.clearance), own.speed)
         repeats = self.reference.period is not None
         self.duration = max(record.motion.duration, WALK_DURATION if repeats else 0.0)
-        self.foot_bodies = np.array([human.body(f"foot_{side}") for side in SIDES])
+        self.foot_bodies = np.array(human.both("foot"))
         self._tasks = WalkingTasks(human, self.person.leg_length, own.tasks)
         self._damping = own.gait.joint_damping * self.person.strength
         self._world: SimulatedWorld | None = None

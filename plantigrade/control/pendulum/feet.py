@@ -31,9 +31,7 @@ class Feet:
     ):
         self.plan, self.ground, self.leg = plan, ground, plan.person.leg_length
         self.tasks, self.settings, human = tasks, plan.settings.swing, plan.person.human
-        self._feet, self._hips = (
-            np.array([human.body(f"{bone}_{side}") for side in SIDES]) for bone in ("foot", "femur")
-        )
+        self._feet, self._hips = (np.array(human.both(bone)) for bone in ("foot", "femur"))
         shape = plan.person.sole
         self._foot_length = shape.length
         self._soles = [

@@ -47,7 +47,7 @@ def with_approach(
     settings, periodic = settings or ApproachSettings(), reference.period is not None
 
     def lift_of(stands: Array, low: Array) -> Array:
-        height = (low @ ground.normal - ground.under(low)).min(axis=1)
+        height = ground.gap(low).min(axis=1)
         lift = np.maximum(_least_height(stands, periodic, settings) - height, 0.0)
         lift[stands] = 0.0
         lift = smooth(lift, settings.smoothing_time, periodic=periodic)

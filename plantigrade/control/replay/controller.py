@@ -126,7 +126,7 @@ class Replay(Controller):
         loads = world.contacts.group_loads(world.data, self.side_of, self.normal)
         load, sits = loads[:SEAT], bool(loads[SEAT:].sum() > 0.0)
         ref = reference.at(gait.phase)
-        height = low @ self.normal - self.ground.under(low)
+        height = self.ground.gap(low)
         height[self.of_side[SEAT]] = 0.0
         offsets = feet - ref.foot_position
         for i in (0, 1):

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
@@ -283,7 +284,8 @@ def _height(
     limit = np.min(limits, axis=0)
     height = _smooth(limit)
     for _ in range(6):
-        height -= _smooth(_widest(np.maximum(height - limit, 0.0)))
+        lacking = np.maximum(height - limit, 0.0)
+        height -= _smooth(maximum_filter1d(lacking, 2 * _REACH + 1, mode="nearest"))
     return height
 
 
@@ -292,12 +294,6 @@ def _smooth(x: Float[Array, " n"], width: float = 0.06) -> Float[Array, " n"]:
     reach = int(np.ceil(4 * width * _RATE))
     kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / (width * _RATE)) ** 2)
     return np.convolve(np.pad(x, reach, mode="edge"), kernel / kernel.sum(), mode="valid")
-
-
-def _widest(x: Float[Array, " n"]) -> Float[Array, " n"]:
-    """Return the largest value within some samples of each."""
-    padded = np.pad(x, _REACH, mode="edge")
-    return np.lib.stride_tricks.sliding_window_view(padded, 2 * _REACH + 1).max(axis=1)
 
 
 def _between(stances: Sequence[Stance], time: float) -> Float[Array, " 4"]:

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.motion.motion import interpolate
+from plantigrade.motion.filters import interpolate
 
 Status = Literal["solved", "acceptable", "stopped", "paused", "stalled", "too many iterations"]
 

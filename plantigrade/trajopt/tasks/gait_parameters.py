@@ -111,7 +111,7 @@ class GaitParameters:
 def leg_length(human: Human) -> float:
     """Return how long a person's legs are, hip to ground [m]."""
     d = human.dimensions
-    return float(d.thigh + d.shank + d.ankle_height)
+    return d.leg_length
 
 
 def gait_parameters(

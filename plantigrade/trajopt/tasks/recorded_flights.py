@@ -31,7 +31,7 @@ def flying_contacts(
     for foot in (c for c in loaded if c.side):
         inside = foot.frames(time)
         for region in ("heel", "ball", "toes"):
-            height = points.position[:, points.of(foot.side, region), 2].min(axis=1)
+            height = points.lowest(foot.side, region)
             least = float(height[inside].min(initial=np.inf))
             down = np.flatnonzero(inside & (height <= max(least, 0.0) + DOWN_HEIGHT))
             if least > MAX_CONTACT_HEIGHT or len(down) < 2:

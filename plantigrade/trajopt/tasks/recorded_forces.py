@@ -12,7 +12,7 @@ from plantigrade.dynamics.ground_forces import GroundForces
 from plantigrade.dynamics.inverse import inverse_dynamics
 from plantigrade.models import Human
 from plantigrade.motion import Motion
-from plantigrade.motion.motion import interpolate
+from plantigrade.motion.filters import interpolate
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.terms.tracking import FootWrenches, JointMoments
 

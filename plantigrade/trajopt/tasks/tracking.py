@@ -32,8 +32,7 @@ from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.sole_rests import find_rests
 from plantigrade.models import Human
 from plantigrade.motion import Motion
-from plantigrade.motion.filters import resample
-from plantigrade.motion.motion import interpolate
+from plantigrade.motion.filters import interpolate, resample
 from plantigrade.trajopt.problem.contact_body import ContactBody
 from plantigrade.trajopt.tasks.recorded_flights import flying_contacts
 from plantigrade.trajopt.tasks.recorded_forces import (

@@ -31,7 +31,7 @@ class AngularMomentum(Term):
     def add_to(self, b: ProblemBuilder) -> None:
         """Weigh the components."""
         d = b.body.human.dimensions
-        leg = float(d.thigh + d.shank + d.ankle_height)
+        leg = d.leg_length
         unit = b.body.symbolic.mass * float(np.sqrt(GRAVITY)) * leg**1.5 / ROW_SCALE
 
         def expression(ca, q, v, a, u, p):
