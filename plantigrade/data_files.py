@@ -59,14 +59,14 @@ class _Spellings:
 
 
 def spelling_tables(
-    package: str, name: str
+    name: str,
 ) -> tuple[dict[str, tuple[str, ...]], dict[str, tuple[str, ...]]]:
     """Return name → spellings, of what has a side and of what lies on the midline.
 
     Args:
         name: Name of the file, a table of names, of ``x`` on the midline, and of spellings.
     """
-    rows = csv_rows(package, name, _Spellings)
+    rows = csv_rows("plantigrade.models", name, _Spellings)
     sided, midline = (
         {row.name: tuple(row.spellings.split()) for row in rows if bool(row.midline) == middle}
         for middle in (False, True)

@@ -112,8 +112,8 @@ def resels(residual: Float[Array, "n n_percent"], moving: Bool[Array, " n_percen
     return float(slope[inside].mean() * (inside.sum() - 1)) if inside.sum() > 2 else 0.0
 
 
-def threshold(freedom: float, length: float, alpha: float = ALPHA) -> float:
-    """Return the height that a random curve of *t* exceeds with probability ``alpha``, two-sided.
+def threshold(freedom: float, length: float) -> float:
+    """Return the height that a random curve of *t* exceeds with probability ALPHA, two-sided.
 
     Example:
         >>> round(threshold(1e6, 0.0), 2)  # a single number: normal distribution
@@ -126,7 +126,7 @@ def threshold(freedom: float, length: float, alpha: float = ALPHA) -> float:
 
     def excess(u: float) -> float:
         crossings = length * density * (1 + u * u / freedom) ** (-(freedom - 1) / 2)
-        return 2 * (float(t.sf(u, freedom)) + crossings) - alpha
+        return 2 * (float(t.sf(u, freedom)) + crossings) - ALPHA
 
     root: Any = brentq(excess, 0.0, 1e4) if excess(1e4) < 0 else 1e4
     return float(root)

@@ -13,6 +13,7 @@ from plantigrade.models import Human
 from plantigrade.models.landmarks import attachments
 from plantigrade.models.markers import landmarks_of
 from plantigrade.motion import Motion
+from plantigrade.spatial.conventions import facing
 
 MAX_MARKER_DISTANCE = 0.08
 """Maximum distance of a marker from the landmark of its name [m]; others are ignored."""
@@ -47,10 +48,8 @@ def progress_in_stance(human: Human, motion: Motion) -> float:
     feet = foot_path(human, motion.qpos)
     side, start, stop = np.array(stances).T
     ahead = feet.pelvis[:, None] - feet.heel
-    w, x, y, z = motion.qpos[(start + stop) // 2, 3:7].T
-    facing = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y + w * z)], axis=1)
     moved = (ahead[stop, side] - ahead[start, side])[:, :2]
-    return float(np.mean((moved * facing).sum(axis=1) / np.linalg.norm(facing, axis=1)))
+    return float(np.mean((moved * facing(motion.qpos[(start + stop) // 2, 3:7])).sum(axis=1)))
 
 
 def pitch_in_stance(human: Human, motion: Motion) -> float:

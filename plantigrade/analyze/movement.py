@@ -16,7 +16,7 @@ from plantigrade.dynamics.centroid import Centroid, centroid
 from plantigrade.motion.cycles import cut_cycles
 from plantigrade.motion.filters import interpolate, runs
 from plantigrade.record import Record
-from plantigrade.spatial.conventions import rotation_matrix
+from plantigrade.spatial.conventions import facing
 
 SAGITTAL = ("hip_flexion", "knee_angle", "ankle_angle")
 FOOT_PATH_RATE = 200.0  # [Hz] of the feet's paths, resampled to equidistant times
@@ -114,10 +114,9 @@ def walking_direction(record: Record) -> str:
     person on a treadmill walks forward.
     """
     qpos, velocity = record.motion.qpos, record.motion.qvel[:, :2]
-    facing = rotation_matrix(qpos[:, 3:7])[:, :2, 0]
-    facing = facing / np.linalg.norm(facing, axis=1, keepdims=True)
-    along = float(np.mean((velocity * facing).sum(axis=1)))
-    across = float(np.mean(velocity[:, 1] * facing[:, 0] - velocity[:, 0] * facing[:, 1]))
+    ahead = facing(qpos[:, 3:7])
+    along = float(np.mean((velocity * ahead).sum(axis=1)))
+    across = float(np.mean(velocity[:, 1] * ahead[:, 0] - velocity[:, 0] * ahead[:, 1]))
     if np.hypot(along, across) * record.motion.duration < MIN_DISTANCE:
         return "forward"
     if abs(across) > abs(along):

@@ -24,6 +24,7 @@ from plantigrade.dynamics.required_forces import RequiredForces
 from plantigrade.dynamics.segment_loads import SegmentLoads
 from plantigrade.kinematics.state import PointSet
 from plantigrade.models import Human
+from plantigrade.motion.filters import interpolate
 
 N_DRAWS = 32  # [1] Monte Carlo draws; the sampling error of a band is one eighth
 HALF_WIDTH_90 = 1.645  # [1] half-width of a 90 % band in standard deviations
@@ -249,14 +250,14 @@ def half_widths(
     }
     result = {}
     for name, band in bands.items():
-        here = resampled(needs.time, band, time)
+        here = interpolate(time, needs.time, band)
         here[known] = 0.0
         result[name] = here
     moment = np.zeros((len(time), human.model.nv))
-    moment[:, :6] = resampled(needs.time, weight * factors.other * spread.root, time)
+    moment[:, :6] = interpolate(time, needs.time, weight * factors.other * spread.root)
     names = [[human.coordinates[c - 6] for c in own] for own in needs.columns]
     joints = joints * np.array([factors.moments(own) for own in names])
-    joints = resampled(needs.time, weight * joints, time)
+    joints = interpolate(time, needs.time, weight * joints)
     joints[known] = 0.0
     _set_joints(moment, joints, needs, human)
     result["moment_band"] = moment
@@ -308,15 +309,3 @@ def _beyond_edges(
     arms = needs.arms[..., [4, 3]]  # moments about y and x by shifts along x and y
     turned = np.einsum("nkji,nki->nkj", arms**2, more**2)
     return wide, np.sqrt(spread.joints**2 + turned)
-
-
-def resampled(
-    old: Float[Array, " n"], values: Float[Array, " n *more"], new: Float[Array, " n_new"]
-) -> Float[Array, " n_new *more"]:
-    """Return linearly interpolated values at other instants."""
-    if len(old) == len(new):
-        return np.array(values, dtype=float)
-    place = np.interp(new, old, np.arange(len(old)))
-    before = np.minimum(place.astype(int), len(old) - 2)
-    part = (place - before).reshape(-1, *(1,) * (values.ndim - 1))
-    return (1.0 - part) * values[before] + part * values[before + 1]

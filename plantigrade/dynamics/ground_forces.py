@@ -37,7 +37,7 @@ from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.ground import LEVEL_GROUND, Ground
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.dynamics.centroid import check_motion
-from plantigrade.dynamics.force_bands import BandFactors, half_widths, resampled
+from plantigrade.dynamics.force_bands import BandFactors, half_widths
 from plantigrade.dynamics.force_program import MIN_PRESSURE_LOAD
 from plantigrade.dynamics.force_scales import ForceScales
 from plantigrade.dynamics.force_windows import solve_in_windows
@@ -46,6 +46,7 @@ from plantigrade.dynamics.plates import FootForces
 from plantigrade.dynamics.required_forces import RequiredForces, required_forces
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
+from plantigrade.motion.filters import interpolate
 from plantigrade.motion.motion import Motion
 
 MAX_RATE = 150.0  # [Hz] maximum frame rate of the program; faster recordings are decimated
@@ -151,7 +152,7 @@ def estimate_forces(
 
 def _at_pressure(time, needs: RequiredForces, wrench) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return forces [N], centres of pressure [m] and free moments [N m], world."""
-    w, base = resampled(needs.time, wrench, time), resampled(needs.time, needs.base, time)
+    w, base = (interpolate(time, needs.time, x) for x in (wrench, needs.base))
     load = w[..., 2] > MIN_PRESSURE_LOAD
     with np.errstate(invalid="ignore", divide="ignore"):
         x, y = -w[..., 4] / w[..., 2], w[..., 3] / w[..., 2]

@@ -28,7 +28,7 @@ from plantigrade.dynamics.segment_loads import SegmentLoads
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import sweep
 from plantigrade.models import Human
-from plantigrade.spatial.conventions import rotation_matrix
+from plantigrade.spatial.conventions import facing
 
 MIN_CARRIED_SHARE = (
     0.8  # [1] minimum share of the required force; with less, a chair or another foot carries load
@@ -164,8 +164,7 @@ def com_metrics(
         )
         / load[:, None]
     )
-    forward = rotation_matrix(qpos[whole, 3:7])[:, :2, 0]
-    forward = forward / np.linalg.norm(forward, axis=1, keepdims=True)
+    forward = facing(qpos[whole, 3:7])
     ahead = np.einsum("ni,ni->n", off, forward)
     left = off[:, 1] * forward[:, 0] - off[:, 0] * forward[:, 1]
     share = load**2 / np.sum(load**2)

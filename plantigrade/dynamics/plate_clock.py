@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from plantigrade.arrays import Array, Bool, Float
-from plantigrade.motion.filters import lowpass, runs
+from plantigrade.motion.filters import lowpass, runs, vertex
 from plantigrade.motion.recording import ForcePlate, rate_of
 from plantigrade.notes import Info
 
@@ -74,7 +74,7 @@ def clock_offset(
         if not 0 < k < len(shifts) - 1 or correlation[k] < MIN_CORRELATION:
             return None
         before, best, after = correlation[k - 1 : k + 2]
-        found.append((shifts[k] + _vertex(correlation, k) * SEARCH_STEP, 2 * best - before - after))
+        found.append((shifts[k] + vertex(correlation, k) * SEARCH_STEP, 2 * best - before - after))
     offsets, sharp = np.array(found).T
     if abs(offsets[0] - offsets[1]) > MAX_DISAGREEMENT:
         return None
@@ -117,13 +117,7 @@ def clock_rate(
     k = int(np.argmax(best))
     if not 0 < k < len(rates) - 1 or not best[k] > MIN_CORRELATION:
         return None
-    return float(rates[k] + _vertex(best, k) * RATE_STEP)
-
-
-def _vertex(curve: Float[Array, " n"], k: int) -> float:
-    """Return how far from its greatest value the vertex of a curve is, in steps."""
-    before, greatest, after = curve[k - 1 : k + 2]
-    return float(0.5 * (before - after) / (before - 2 * greatest + after))
+    return float(rates[k] + vertex(best, k) * RATE_STEP)
 
 
 def _net_force(

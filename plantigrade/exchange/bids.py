@@ -18,6 +18,7 @@ from plantigrade.constants import SIDE_NAMES
 from plantigrade.errors import FileError
 from plantigrade.exchange.clock import at_rate
 from plantigrade.io.writing import write_text
+from plantigrade.motion.filters import interpolate
 from plantigrade.motion.recording import rate_of
 from plantigrade.record import Record, Run
 
@@ -114,7 +115,7 @@ def channels_of(
         channels += [Channel(f"{point}_{a}", a, "POS", point, "m", "world") for a in "xyz"]
         path = markers.positions[:, k]
         if motion.n_frames != len(path):
-            path = np.stack([np.interp(motion.time, markers.time, c) for c in path.T], axis=1)
+            path = interpolate(motion.time, markers.time, path)
         columns.append(path)
     return channels, motion.time, np.hstack(columns)
 

@@ -75,14 +75,10 @@ class Document:
         self.nodes.append({"name": name, **properties})
         return len(self.nodes) - 1
 
-    def material(self, name: str, colour: Sequence[float], roughness: float = 0.8) -> int:
+    def material(self, name: str, colour: Sequence[float]) -> int:
         """Add a dull material of a colour (red, green, blue in 0–1, sRGB) and return its index."""
         linear = [_linear(part) for part in colour]
-        surface = {
-            "metallicFactor": 0.0,
-            "roughnessFactor": roughness,
-            "baseColorFactor": [*linear, 1.0],
-        }
+        surface = {"metallicFactor": 0.0, "roughnessFactor": 0.8, "baseColorFactor": [*linear, 1.0]}
         self.materials.append({"name": name, "pbrMetallicRoughness": surface})
         return len(self.materials) - 1
 

@@ -19,6 +19,7 @@ from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.models.markers import marker_set_of, places_of
 from plantigrade.motion import ForcePlate, Markers, Motion, Recording, Subject, Table
+from plantigrade.motion.filters import interpolate
 from plantigrade.record import FootForce, Record, Run
 
 DEFAULT_SET = "oxford-foot-model"
@@ -121,11 +122,9 @@ def _markers(record: Record, motion: Motion, marker_set: str | None) -> Markers:
     """Return markers on the body, on the frames of a motion."""
     recorded, fitted = record.recorded_markers, record.fitted_markers
     if marker_set is None and recorded is not None and fitted is not None:
-        clock = record.motion.time
-        columns = fitted.reshape(len(fitted), -1).T
+        positions = fitted
         if motion.n_frames != len(fitted):
-            columns = [np.interp(motion.time, clock, column) for column in columns]
-        positions = np.stack(list(columns), axis=1).reshape(motion.n_frames, -1, 3)
+            positions = interpolate(motion.time, record.motion.time, fitted)
         there = np.asarray(np.isfinite(positions).any(axis=(0, 2)))
         names = tuple(n for n, seen in zip(recorded.names, there, strict=True) if seen)
         return Markers(names, motion.time, positions[:, there])

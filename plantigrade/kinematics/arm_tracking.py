@@ -22,6 +22,7 @@ from plantigrade.kinematics.shoulders import (
     in_usual_branch,
     range_excess,
 )
+from plantigrade.motion.filters import interpolate
 
 RANGE_WEIGHT = 0.02  # [m] RMS marker error equivalent to 1 rad beyond the usual range
 LIMIT_WEIGHT = 100.0  # [1] cost of exceeding a limit relative to exceeding the usual range
@@ -57,8 +58,7 @@ def track_arms(
         if not len(determined):
             continue
         angles = one_branch(qpos[determined][:, 7:][:, k], low[k], high[k])
-        for i, column in zip(k, angles.T, strict=True):  # straight across gaps
-            qpos[:, 7 + i] = np.interp(frames, determined, column)
+        qpos[:, 7 + np.array(k)] = interpolate(frames, determined, angles)  # straight across gaps
     beyond = (qpos[:, 7:] < low) | (qpos[:, 7:] > high)
     for f in np.flatnonzero(beyond.any(axis=1)):
         solution = solver.solve(measured[f], qpos[f])

@@ -29,7 +29,7 @@ from plantigrade.motion.recording import Table, rate_of
 from plantigrade.motion.spikes import spike_note, table_without_spikes
 from plantigrade.notes import Info
 from plantigrade.printable import listed
-from plantigrade.spatial.conventions import PELVIS, rotation_matrix
+from plantigrade.spatial.conventions import PELVIS, facing
 
 MIN_PASSING_SPEED = 0.3  # [m/s] minimum relative speed of feet that pass each other
 MAX_STANCE_HEIGHT = 0.04  # [m] maximum height of the stance foot above the other
@@ -259,8 +259,7 @@ def _falls_behind(qpos, position, sides, rate: float) -> Float[Array, "n_frames 
 
     The motion has the pelvis on one spot.
     """
-    ahead = rotation_matrix(qpos[:, 3:7])[:, :2, 0]
-    ahead = ahead / np.maximum(np.linalg.norm(ahead, axis=1), 1e-9)[:, None]
+    ahead = facing(qpos[:, 3:7])
     speed, low = np.empty((len(qpos), 2)), np.empty((len(qpos), 2))
     for k in (0, 1):
         mine = position[:, sides == k]

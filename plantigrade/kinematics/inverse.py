@@ -23,6 +23,7 @@ from plantigrade.data_files import named_numbers
 from plantigrade.kinematics.shoulders import ShoulderHold
 from plantigrade.kinematics.state import BodyState, PointSet, integrate
 from plantigrade.models import Human
+from plantigrade.motion.filters import bridged_gaps
 from plantigrade.side_names import split_side
 from plantigrade.spatial.conventions import wxyz_to_xyzw, xyzw_to_wxyz
 
@@ -322,8 +323,7 @@ def _bridge(
     """Lead roots and hinges that were not seen straight to their next seen value, in place."""
     frames = np.arange(len(qpos))
     if placed.any() and not placed.all():
-        for i in range(3):
-            qpos[~placed, i] = np.interp(frames[~placed], frames[placed], qpos[placed, i])
+        qpos[:, :3] = bridged_gaps(qpos[:, :3], placed)
         turns = Rotation.from_quat(wxyz_to_xyzw(qpos[placed, 3:7]))
         if placed.sum() > 1:
             between = np.clip(frames[~placed], frames[placed][0], frames[placed][-1])
@@ -334,4 +334,4 @@ def _bridge(
     for i in range(determined.shape[1]):
         known = determined[:, i]
         if known.any() and not known.all():
-            qpos[~known, 7 + i] = np.interp(frames[~known], frames[known], qpos[known, 7 + i])
+            qpos[:, 7 + i] = bridged_gaps(qpos[:, 7 + i], known)

@@ -20,6 +20,7 @@ from plantigrade.arrays import Array, Float, Int, root_mean_square, spread
 from plantigrade.constants import SIDE_NAMES
 from plantigrade.kinematics.exchanged_labels import ARM_BODIES
 from plantigrade.models.landmarks import Attachment
+from plantigrade.motion.filters import vertex
 
 # Segments whose angles are those of a gait analysis; what follows the shank belongs to the foot.
 LEG = {"pelvis": "pelvis", "femur": "thigh", "tibia": "shank"}
@@ -144,8 +145,7 @@ def _delay(segment: SegmentPoses, x: Float[Array, "n_frames n_markers 3"], margi
     best, now = int(error.argmin()), error[margin]
     if not 0 < best < len(steps) - 1 or now < MIN_ERROR or error[best] > MAX_ERROR_RATIO * now:
         return 0.0
-    before, least, after = error[best - 1 : best + 2] ** 2
-    return float(steps[best] + 0.5 * (before - after) / (before - 2 * least + after))
+    return float(steps[best]) + vertex(error**2, best)
 
 
 def seen_markers(

@@ -19,7 +19,7 @@ from plantigrade.models import Human
 from plantigrade.models.landmarks import Attachment
 from plantigrade.motion import Markers
 from plantigrade.printable import listed
-from plantigrade.spatial.conventions import rotation_matrix, unit_vectors
+from plantigrade.spatial.conventions import facing, unit_vectors
 
 MAX_TWIST = 6.0
 """Largest mean difference of the slopes from right to left of the spines, and of the knees [deg];
@@ -117,8 +117,8 @@ def sideways_notes(
     known.append(-float(leans(human, qpos, "c7")[:, 1].mean()))
     if min(map(abs, known)) <= MAX_SIDEWAYS or len({slope > 0 for slope in known}) > 1:
         return []
-    facing = rotation_matrix(qpos[:, 3:7])[:, :2, 0]
-    heading = np.unwrap(np.arctan2(facing[:, 1], facing[:, 0]))
+    x, y = facing(qpos[:, 3:7]).T
+    heading = np.unwrap(np.arctan2(y, x))
     if np.ptp(heading) > MAX_TURN or _level_feet(markers, named, float(np.median(known))):
         return []
     return [

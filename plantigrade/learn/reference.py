@@ -120,15 +120,12 @@ class ReferenceMotion:
         return cls.of_motion(record.human, record.motion)
 
     @classmethod
-    def textbook(cls, human: Human, speed: float | None = None) -> "ReferenceMotion":
+    def textbook(cls, human: Human) -> "ReferenceMotion":
         """Return the published mean walk on a person, softened.
 
-        Args:
-            speed: Walking speed [m/s]; if absent the preferred speed, 0.4 times the root of leg
-                length times gravity.
+        Its speed is the preferred one, 0.4 times the root of leg length times gravity.
         """
-        d = human.dimensions
-        speed = speed or 0.4 * float(np.sqrt(GRAVITY * d.leg_length))
+        speed = 0.4 * float(np.sqrt(GRAVITY * human.dimensions.leg_length))
         walk = textbook_walk(human, speed=speed, rate=60.0, cycles=2)
         rest = np.zeros((len(walk.time), human.model.nv))
         motion = Motion(walk.time, walk.qpos, rest, human.joint_names, events=walk.events)

@@ -21,7 +21,7 @@ from plantigrade.live.frame import History, LiveFrame
 from plantigrade.live.interactive_force import DragRope, InteractiveForce
 from plantigrade.live.slope import Slope
 from plantigrade.record import Record
-from plantigrade.spatial.conventions import rotation_matrix
+from plantigrade.spatial.conventions import facing
 from plantigrade.world import Controller, Disturbance, Load, Target, World
 from plantigrade.world.load import pack_of
 from plantigrade.world.world_model import GROUND_PREFIXES
@@ -319,8 +319,8 @@ class Session:
     def _placement(self) -> tuple[float, float, float]:
         """Return position and heading of the person."""
         root = self._state.qpos
-        ahead = rotation_matrix(root[3:7])[:2, 0]
-        return float(root[0]), float(root[1]), float(np.arctan2(ahead[1], ahead[0]))
+        x, y = facing(root[3:7])
+        return float(root[0]), float(root[1]), float(np.arctan2(y, x))
 
 
 def run(session: Session, stop: Event, clock: Clock | None = None) -> None:

@@ -19,7 +19,7 @@ from plantigrade.constants import SIDES
 from plantigrade.data_files import spelling_tables
 from plantigrade.errors import FitError
 
-SPELLINGS, MIDLINE = spelling_tables("plantigrade.models", "joint_spellings.csv")
+SPELLINGS, MIDLINE = spelling_tables("joint_spellings.csv")
 REQUIRED_JOINTS = ("hip", "knee", "ankle")
 FOREARM_RATIO = 0.95  # [1] usual forearm to upper arm ratio; tells the wrist from its neighbours
 

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 
 from plantigrade.data_files import spelling_tables
 
-_SIDED, _MIDLINE = spelling_tables("plantigrade.models", "keypoint_spellings.csv")
+_SIDED, _MIDLINE = spelling_tables("keypoint_spellings.csv")
 # Keypoints without a landmark: fingers, the outline of eyes and mouth, the upper neck.
 _OTHER = re.compile(
     r"(thumb|index|middle|ring|pinky|mouth|upperneck|(left|right|[lr])eye(inner|outer))", re.I

@@ -12,7 +12,7 @@ import re
 
 from plantigrade.data_files import spelling_tables
 
-SPELLINGS, MIDLINE = spelling_tables("plantigrade.models", "spellings.csv")
+SPELLINGS, MIDLINE = spelling_tables("spellings.csv")
 # Endings of names of joint centres: the method of computation, or longer words.
 _REGRESSED = r"REG|REGRESSION|HARRINGTON|BELL|DAVIS|EST"
 _ESTIMATE = re.compile(

@@ -22,7 +22,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
-from plantigrade.motion.filters import crossing, derivative
+from plantigrade.motion.filters import crossing, derivative, vertex
 from plantigrade.motion.recording import GaitEvent, rate_of
 
 LEAVING_FRACTION = 0.30
@@ -138,6 +138,4 @@ def _peak(time, signal, start, stop):
     if not tops:
         return None
     i = max(tops, key=lambda i: signal[i])
-    a, b, c = signal[i - 1 : i + 2]
-    shift = 0.5 * (a - c) / (a - 2 * b + c)
-    return float(time[i] + shift * (time[i + 1] - time[i])), float(b)
+    return float(time[i] + vertex(signal, i) * (time[i + 1] - time[i])), float(signal[i])

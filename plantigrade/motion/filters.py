@@ -55,19 +55,16 @@ def lowpass(
     values: Float[Array, " n_frames *channels"],
     *,
     cutoff: float,
-    order: int = 4,
 ) -> Float[Array, " n_frames *channels"]:
-    r"""Return the signal after a zero-lag Butterworth low-pass (forwards and backwards).
+    r"""Return the signal after a zero-lag fourth-order Butterworth low-pass, there and back.
 
-    Each pass has half the ``order``; its cut-off is moved by
-    :math:`(2^{1/2} - 1)^{-1/(2n)}`, ``n`` the order of one pass, so that the amplitude after both
-    passes is :math:`1/\sqrt 2` at ``cutoff``.
+    Each pass is of second order; its cut-off is moved by :math:`(2^{1/2} - 1)^{-1/4}`, so that the
+    amplitude after both passes is :math:`1/\sqrt 2` at ``cutoff``.
 
     Args:
         time: Time of each frame [s], evenly spaced.
         values: Signal; contiguous stretches are filtered separately, NaN stays NaN.
         cutoff: Frequency of half power after both passes [Hz].
-        order: Order of both passes together; even.
 
     References:
         [Winter2009]_, chapter 3.
@@ -75,21 +72,18 @@ def lowpass(
     from scipy.signal import butter, sosfiltfilt
 
     check_time(time, values)
-    if order < 2 or order % 2:
-        raise ParameterError(f"{order=} of a filter run both ways must be even and positive")
     if len(time) < 2:
         return np.array(values, dtype=float)
     rate = rate_of(time)
-    one_pass = order // 2
-    corrected = cutoff * (np.sqrt(2.0) - 1.0) ** (-0.5 / one_pass)
+    corrected = cutoff * (np.sqrt(2.0) - 1.0) ** -0.25
     if not 0 < corrected < rate / 2:
-        highest = rate / 2 * (np.sqrt(2.0) - 1.0) ** (0.5 / one_pass)
+        highest = rate / 2 * (np.sqrt(2.0) - 1.0) ** 0.25
         raise ParameterError(
             f"{cutoff=} [Hz] must lie between 0 and {highest:.4g} at {rate:.4g} frames per second"
         )
-    sections = butter(one_pass, corrected, fs=rate, output="sos")
+    sections = butter(2, corrected, fs=rate, output="sos")
     # Odd reflection over nine time constants of the filter, as much as the stretch has.
-    reflection = int(np.ceil(9 * rate / (2 * np.pi * corrected))) + 3 * one_pass
+    reflection = int(np.ceil(9 * rate / (2 * np.pi * corrected))) + 6
     flat, result = _columns(values)
 
     def smooth(block):
@@ -220,6 +214,12 @@ def check_time(time, values):
         raise ParameterError(f"{len(time)} instants but {len(values)} frames: one time per frame")
     if len(time) > 1 and not (np.diff(time) > 0).all():
         raise ParameterError("time must increase from frame to frame")
+
+
+def vertex(curve: Float[Array, " n"], k: int) -> float:
+    """Return how far, in steps, the vertex of a curve is from sample ``k``, its extreme one."""
+    before, extreme, after = curve[k - 1 : k + 2]
+    return float(0.5 * (before - after) / (before - 2 * extreme + after))
 
 
 def crossing(time: Float[Array, " n"], signal: Float[Array, " n"], k: int, level: float) -> float:

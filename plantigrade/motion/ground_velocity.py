@@ -7,7 +7,7 @@ the ground's.
 import numpy as np
 
 from plantigrade.arrays import Array, Float
-from plantigrade.motion.filters import derivative, fill_gaps, lowpass
+from plantigrade.motion.filters import derivative, fill_gaps, interpolate, lowpass
 from plantigrade.motion.recording import rate_of
 
 MIN_BELT_SPEED = 0.15  #: Minimum speed of a treadmill [m/s]; slower ground counts as stationary
@@ -57,8 +57,7 @@ def ground_velocity(
         spot = _densest(samples[around][near]) if near.sum() > 50 else None
         lost = spot is None or np.linalg.norm(spot - common) > 0.5 * np.linalg.norm(common)
         followed.append(common if lost else spot)
-    followed = np.array(followed)
-    return np.stack([np.interp(time, centres, followed[:, i]) for i in range(3)], axis=1)
+    return interpolate(time, centres, np.array(followed))
 
 
 def smooth_feet(time, points):

@@ -17,7 +17,7 @@ from plantigrade.models import Human
 from plantigrade.models.mirror import mirrored_name
 from plantigrade.spatial.conventions import (
     about_vertical,
-    rotation_matrix,
+    facing,
     turned,
     wxyz_to_xyzw,
     xyzw_to_wxyz,
@@ -164,5 +164,5 @@ def _rotations(quat: Float[Array, "*n 4"]) -> Rotation:
 
 def _heading(qpos: Float[Array, "n nq"]) -> Float[Array, " n"]:
     """Return the heading of the pelvis about the vertical [rad]."""
-    forward = rotation_matrix(qpos[:, 3:7])[:, :, 0]
-    return np.unwrap(np.arctan2(forward[:, 1], forward[:, 0]))
+    x, y = facing(qpos[:, 3:7]).T
+    return np.unwrap(np.arctan2(y, x))

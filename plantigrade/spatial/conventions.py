@@ -130,6 +130,11 @@ def less_tilted(rotation: Float[Array, "3 3"], part: float) -> Float[Array, "3 3
     return tilt_to(normal) @ rotation
 
 
+def facing(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 2"]:
+    """Return horizontal directions, of length one, in which bodies (``wxyz``) have their x axis."""
+    return unit_vectors(rotation_matrix(quat)[..., :2, 0])
+
+
 def about_axis(axis: Float[Array, " 3"], angle: Float[Array, " n"]) -> Float[Array, "n 3 3"]:
     """Return the rotations about an axis of length one by angles [rad] (Rodrigues)."""
     x, y, z = axis

@@ -13,6 +13,7 @@ from plantigrade.contact.site import contact_sites
 from plantigrade.dynamics.centroid import without_constraints
 from plantigrade.dynamics.muscle_speed import MAX_ECCENTRIC_FACTOR
 from plantigrade.motion import Motion
+from plantigrade.motion.filters import interpolate
 from plantigrade.record import Record
 from plantigrade.record.record import Limits
 from plantigrade.vaulting.hand_contact import HandContact, Vault
@@ -215,5 +216,5 @@ def angular_difference(one: VaultResult, other: VaultResult) -> float:
     curves = []
     for each in (one, other):
         time = each.contact.time / each.contact.time[-1]
-        curves.append(np.array([np.interp(share, time, column) for column in each.angles.T]))
+        curves.append(interpolate(share, time, each.angles))
     return float(100.0 * np.abs(curves[1] - curves[0]).mean() / np.abs(curves[0]).mean())

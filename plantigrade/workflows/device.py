@@ -9,6 +9,7 @@ from scipy.integrate import trapezoid
 
 from plantigrade.arrays import Array, Float
 from plantigrade.models import Human
+from plantigrade.motion.filters import interpolate
 from plantigrade.notes import Info
 from plantigrade.record import Record, Run
 from plantigrade.trajopt.problem.contact_body import ContactBody
@@ -98,8 +99,7 @@ def compared(run: Run, bare: Record) -> Run:
     effort = [float(np.mean(x[:, 6:] ** 2)) for x in (own, before)]
     figures["device_own_work_change_pct"] = 100.0 * (work[0] / work[1] - 1.0)
     figures["device_own_torque_change_pct"] = 100.0 * (np.sqrt(effort[0] / effort[1]) - 1.0)
-    when = record.motion.time
-    without = np.stack([np.interp(when, bare.motion.time, x) for x in before.T], axis=1)
+    without = interpolate(record.motion.time, bare.motion.time, before)
     signals = {**record.signals, "device.without": without}
     sentence = _sentence(figures)
     record = replace(record, signals=signals, notes=(*record.notes, Info(sentence)))

@@ -208,11 +208,9 @@ class WalkingTimeBounds:
     heel_off: float = 0.06  #: Share of the stride [1]
 
 
-def free_walking_times(
-    p: GaitParameters, bounds: WalkingTimeBounds | None = None
-) -> tuple[FreeTime, ...]:
+def free_walking_times(p: GaitParameters) -> tuple[FreeTime, ...]:
     """Return step length [m], foot off and heel off [strides] as free times, by their names."""
-    bounds = bounds or WalkingTimeBounds()
+    bounds = WalkingTimeBounds()
     around = {
         "step_length": (p.step_length, p.step_length * bounds.step_length),
         "stance_fraction": (p.stance_fraction, bounds.stance),

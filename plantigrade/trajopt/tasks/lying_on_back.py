@@ -77,7 +77,7 @@ def sitting_up(
         tilt: Posterior tilt of the pelvis then [rad].
         duration: Duration of the whole motion, of which the times of ``how`` are shares [s].
     """
-    lain = lying_posture(human, 0.0)
+    lain = lying_posture(human)
     buttock = limb_site(human, f"{BUTTOCK_PART}_r")
     leg = LyingLeg(human, buttock.radius)
     ahead = hip + buttock.radius * tilt  # where the hips would be with an upright pelvis
@@ -105,18 +105,17 @@ def sitting_up(
     return SittingUp(reach, keys, tuple(supports))
 
 
-def lying_posture(human: Human, hip: float) -> Coordinates:
+def lying_posture(human: Human) -> Coordinates:
     """Return the coordinates of a person on buttocks, upper back and head, with a straight trunk.
 
-    Args:
-        hip: Middle of the hip joints along x [m].
+    The middle of the hip joints is at x = 0.
     """
     q = standing_posture(human)
     q[:3], q[6:] = 0.0, 0.0
     q = with_limbs(human, q, dict.fromkeys(SIDES, ARMS_BESIDE))
     buttock, back = (limb_site(human, f"{part}_r") for part in (BUTTOCK_PART, BACK_PART))
     q[0] = _turn(_places(human, q, (buttock, back)), buttock.radius, back.radius)
-    q = _on_buttocks(human, q, hip)
+    q = _on_buttocks(human, q, 0.0)
     head = limb_site(human, HEAD_PART)
     joint_and_head = _places(human, q, (Point(head.body), head))
     q[6 + human.hinge("neck_extension")] = _turn(joint_and_head, joint_and_head[0][2], head.radius)

@@ -12,6 +12,7 @@ import numpy as np
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import Point
+from plantigrade.motion.blends import quintic_rise
 from plantigrade.record.conditions import Condition
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.contact_body import ContactBody
@@ -50,7 +51,7 @@ class CarryingPath:
                 step = self.places[k + 1][axis] - self.places[k][axis]
                 u = np.clip((s - a) / (b - a), 0.0, 1.0)
                 curve = (
-                    u**3 * (10 - 15 * u + 6 * u * u),
+                    quintic_rise(u),
                     30 * u**2 * (1 - u) ** 2,
                     60 * u * (1 - u) * (1 - 2 * u),
                 )[order]

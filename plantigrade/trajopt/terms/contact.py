@@ -12,6 +12,7 @@ from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.ground import Ground
 from plantigrade.contact.plan import TIME_TOLERANCE, ContactPlan, Stance
 from plantigrade.errors import ParameterError
+from plantigrade.motion.blends import quintic_rise
 from plantigrade.record.conditions import Condition
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.contact import (
@@ -180,7 +181,7 @@ class Clearance(Term):
         one, two = stances
         side, family = one.footprint.side, b.family("contact")
         here, there = one.footprint.position[0], two.footprint.position[0]
-        gone = here + (there - here) * part**3 * (10 - 15 * part + 6 * part**2)
+        gone = here + (there - here) * quintic_rise(part)
         above = self.height * np.sin(np.pi * part) ** 4
         soles, spheres = soles_of(b.body, len(b.nodes))
         under = b.body.cache.get(

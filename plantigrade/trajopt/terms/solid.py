@@ -30,6 +30,7 @@ from plantigrade.contact.plan import ContactPlan, Stance
 from plantigrade.contact.site import Point
 from plantigrade.dynamics.recursions import sparse
 from plantigrade.models.parts import Solid
+from plantigrade.motion.blends import quintic_rise
 from plantigrade.trajopt.problem.builder import ProblemBuilder
 from plantigrade.trajopt.problem.constraint_family import ConstraintFamily
 from plantigrade.trajopt.problem.contact_body import Cache, ContactBody
@@ -101,8 +102,7 @@ class SolidLimbs(Term):
             here, there, opposite = (np.array(x.footprint.position) for x in (one, two, other))
             length, duration = float(np.linalg.norm(there - here)), two.heel_strike - one.toe_off
             along = (opposite - here) @ (there - here) / length**2
-            gone = SAMPLE_SHARES**3 * (10 - 15 * SAMPLE_SHARES + 6 * SAMPLE_SHARES**2)
-            part = float(np.interp(along, gone, SAMPLE_SHARES))
+            part = float(np.interp(along, quintic_rise(SAMPLE_SHARES), SAMPLE_SHARES))
             time, speed = one.toe_off + part * duration, 1.875 * length / duration
             near = PASSING_DISTANCE / speed
             found.append((time - near, time + near, LEG_DIAMETER / speed))
