@@ -28,6 +28,7 @@ from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.state import PointSet
 from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.filters import runs
+from plantigrade.spatial.conventions import unit_vectors
 
 MAX_WALK_RATIO = 0.0105  # [m min] maximum step length over cadence of a walk
 MAX_WALKING_CADENCE = 190.0  # [steps/min] maximum cadence without flight; race walkers have 200
@@ -188,8 +189,7 @@ def _pendulum(trial: Trial) -> float | None:
             continue
         body = centroid(human, motion.qpos[own], motion.qvel[own], motion.qacc[own])
         assert body.force is not None and body.moment is not None
-        along = (feet.toe - feet.heel)[own, k, :2]
-        along = along / np.linalg.norm(along, axis=1, keepdims=True)
+        along = unit_vectors((feet.toe - feet.heel)[own, k, :2])
         foot = 0.7 * feet.heel[own, k] + 0.3 * feet.toe[own, k]  # below the ankle
         height = body.com[:, 2] - min(feet.heel[own, k, 2].min(), feet.toe[own, k, 2].min())
         ahead = ((body.com - foot)[:, :2] * along).sum(axis=1)

@@ -36,6 +36,7 @@ from plantigrade.models import Human
 from plantigrade.motion.event_timing import is_running
 from plantigrade.motion.filters import crossing, runs
 from plantigrade.motion.motion import Motion
+from plantigrade.spatial.conventions import unit_vectors
 
 # [1] ratio of the frequencies of running and jumps to those of walking, 15 to 6 Hz (see analyse)
 RUNNING_FREQUENCY_RATIO = 2.5
@@ -227,8 +228,7 @@ def _beyond_feet(human: Human, motion: Motion, soles: SolePaths) -> Bool[Array, 
     assert motion.qacc is not None
     point = centroid(human, motion.qpos, motion.qvel, motion.qacc).zmp
     assert point is not None
-    heading = np.mean([_heading(soles, side) for side in SIDES], axis=0)
-    heading /= np.linalg.norm(heading, axis=1, keepdims=True)
+    heading = unit_vectors(np.mean([_heading(soles, side) for side in SIDES], axis=0))
     across = np.stack([-heading[:, 1], heading[:, 0]], axis=1)
     outside = np.zeros(len(point), dtype=bool)
     for axis in (heading, across):

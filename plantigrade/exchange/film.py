@@ -25,7 +25,7 @@ from plantigrade.pages.camera import Camera
 from plantigrade.pages.scene import Scene, build_scene, heading_of
 from plantigrade.record import Run
 from plantigrade.skin import Skin
-from plantigrade.spatial.conventions import rotation_matrix
+from plantigrade.spatial.conventions import rotation_matrix, unit_vectors
 
 VIEW_HEIGHT = 2.3
 """Height of what is seen [m]: a tall person with raised arms."""
@@ -143,8 +143,7 @@ def _frames(run: Run, scene: Scene, camera: Camera, size: tuple[int, int]) -> It
         colours = np.concatenate([part.colours for part in parts])
         across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         seen = across @ camera.towards > 0
-        corners, colours, across = corners[seen], colours[seen], across[seen]
-        across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-12)
+        corners, colours, across = corners[seen], colours[seen], unit_vectors(across[seen])
         light = LIGHT @ np.array([camera.right, camera.up, camera.towards])
         bright = AMBIENT_LIGHT + (1 - AMBIENT_LIGHT) * np.clip(across @ light, 0, 1)
         paint = np.rint(255 * colours * bright[:, None]).astype(int)

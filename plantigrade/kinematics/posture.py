@@ -17,7 +17,7 @@ from plantigrade.models.anatomy import SPINE_PLANE, hip, lumbar
 from plantigrade.models.landmarks import BONE_SPREAD, SKIN_SPREAD, Attachment, attachments
 from plantigrade.printable import listed
 from plantigrade.side_names import without_side
-from plantigrade.spatial.conventions import PELVIS
+from plantigrade.spatial.conventions import PELVIS, unit_vectors
 
 MAX_FRAMES = 200  # [1] maximum number of evaluated frames, evenly spread
 LIMIT_TOLERANCE = np.deg2rad(0.5)
@@ -131,8 +131,7 @@ def leans(
     """
     body, pelvis = (human.body(attachments(human)[name].body) for name in (landmark, "asis_r"))
     _, axes = body_paths(human, qpos, (body, pelvis))
-    up, ahead = axes[:, 0, :, 2], axes[:, 1, :2, 0]
-    ahead = ahead / np.linalg.norm(ahead, axis=1, keepdims=True)
+    up, ahead = axes[:, 0, :, 2], unit_vectors(axes[:, 1, :2, 0])
     left = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
     to_front, to_left = ((up[:, :2] * way).sum(axis=1) for way in (ahead, left))
     # A person who lies on the back leans to no side: the whole upward axis counts there.

@@ -10,14 +10,14 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Float, root_mean_square
 from plantigrade.constants import SIDES
 from plantigrade.motion.filters import runs
 from plantigrade.record.folder import write_folder
 from plantigrade.record.run import RUNS
 from plantigrade.robots.robot import Robot, part_contacts
 from plantigrade.robots.targets import SWING, Targets
-from plantigrade.spatial.conventions import rotation_matrix, wxyz_to_xyzw
+from plantigrade.spatial.conventions import rotation_matrix, unit_vectors, wxyz_to_xyzw
 
 MAX_SLIP = 2.0  # [mm] of a point of a sole while it touches the ground; of a foot that stands
 MAX_DEPTH = 1.0  # [mm] of a sole below the ground
@@ -213,10 +213,9 @@ class RobotMotion:
         turns = np.arccos(np.clip((trace - 1) / 2, -1, 1))
         limbs = []
         for (a, b), goal in targets.direction.items():
-            along = self._centre(b) - self._centre(a)
-            along /= np.linalg.norm(along, axis=1, keepdims=True)
+            along = unit_vectors(self._centre(b) - self._centre(a))
             limbs.append(np.arccos(np.clip(np.sum(along * goal, axis=1), -1, 1)))
-        turn, limb = (float(np.sqrt(np.mean(np.square(v)))) for v in (turns, limbs))
+        turn, limb = (root_mean_square(np.array(v)) for v in (turns, limbs))
         hip = float(np.sqrt(np.mean(np.sum(np.square(hips), axis=1))))
         return hip, float(np.degrees(turn)), float(np.degrees(limb))
 

@@ -25,6 +25,7 @@ from plantigrade.record import Record
 from plantigrade.robots.robot import Robot
 from plantigrade.robots.sole import Sole
 from plantigrade.side_names import split_side
+from plantigrade.spatial.conventions import unit_vectors
 
 PARTS = {
     "pelvis": ("pelvis",),
@@ -136,8 +137,7 @@ def targets_of(record: Record, motion: Motion, robot: Robot) -> Targets:
     limbs = {}
     for a, b in robot.limbs:
         if a in paths.position and b in paths.position:
-            along = paths.position[b] - paths.position[a]
-            limbs[a, b] = along / np.linalg.norm(along, axis=1, keepdims=True)
+            limbs[a, b] = unit_vectors(paths.position[b] - paths.position[a])
     return Targets(motion.time, placed(hips), turned, limbs, position, orientation, phase, scale)
 
 

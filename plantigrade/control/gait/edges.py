@@ -10,6 +10,7 @@ from scipy.ndimage import maximum_filter1d
 
 from plantigrade.arrays import Array, Bool, Float
 from plantigrade.contact.ground import Ground
+from plantigrade.motion.filters import runs
 
 SEARCHED = np.array(sorted(np.arange(-20, 21) * 0.02, key=abs))  # [m] shifts tried, shortest first
 
@@ -44,18 +45,15 @@ def lifts(
     """
     settings = settings or EdgeSettings()
     lift = np.zeros(len(low))
-    edges = np.flatnonzero(np.diff(stands.astype(int))) + 1
-    for a, b in zip([0, *edges], [*edges, len(low)], strict=True):
-        if stands[a]:
-            continue
-        x = low[a:b] @ ground.to_world
+    for swing in runs(~stands):
+        x = low[swing] @ ground.to_world
         last, first = x[-1:, :, 0], x[:1, :, 0]
         fades = np.minimum(np.abs(x[..., 0] - first), np.abs(x[..., 0] - last))
         fades = np.minimum(fades / (2.0 * settings.passing_distance), 1.0)
         below, above = ground.along(x[..., 0]), ground.along(x[..., 0], settings.passing_distance)
         desired = below + (above - below + settings.clearance * (above > below)) * fades
         needed = np.where(above > below, desired - x[..., 2], 0.0)
-        lift[a:b] = np.maximum(needed.max(axis=1), 0.0)
+        lift[swing] = np.maximum(needed.max(axis=1), 0.0)
     if not lift.any():
         return lift
     n = round(settings.smoothing_time / step)

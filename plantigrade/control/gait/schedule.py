@@ -9,6 +9,7 @@ from plantigrade.constants import SIDES
 from plantigrade.contact.intervals import ContactInterval
 from plantigrade.control.gait.divergent import offset_weights
 from plantigrade.control.gait.swing import SwingOffsetSettings
+from plantigrade.motion.filters import runs
 from plantigrade.wbc.forces import ForceSettings
 
 N_TIME_CONSTANTS = 13.0  # of the pendulum, after which offsets of feet weigh a millionth
@@ -187,11 +188,9 @@ def settled(stands: Bool[Array, " n"], shortest: int) -> Bool[Array, " n"]:
     """Return stances without those, and without gaps, of fewer rows than the shortest."""
     out = stands.copy()
     for value in (False, True):
-        edges = [0, *(np.flatnonzero(np.diff(out.astype(int))) + 1), len(out)]
-        for a, b in zip(edges[:-1], edges[1:], strict=True):
-            at_end = a == 0 or b == len(out)
-            if out[a] == value and b - a < shortest and not at_end:
-                out[a:b] = not value
+        for run in runs(out == value):
+            if run.stop - run.start < shortest and run.start > 0 and run.stop < len(out):
+                out[run] = not value
     return out
 
 

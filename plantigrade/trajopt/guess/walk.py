@@ -8,9 +8,10 @@ either worse. Coordinates are in the order of :meth:`Human.to_coordinates`.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from plantigrade.arrays import Array, Float
 from plantigrade.constants import SIDES
@@ -170,6 +171,7 @@ def ahead(
 
 MAX_LEG_EXTENSION = 0.997  # [1] maximum leg extension; 9° of knee flexion
 _RATE = 100.0  # [Hz] rate of the grid for the pelvis height
+_SMOOTHING = 0.06  # [s] standard deviation of the filter of that height; chosen
 _REACH = 6  # samples to either side over which the pelvis is kept low; chosen
 NOISE_LEVER = 0.3  # [m/rad] noise of pelvis translations relative to that of angles; chosen
 HARMONICS = 4  # number of waves that make up the noise; chosen
@@ -282,18 +284,12 @@ def _height(
         above = np.sqrt(np.maximum(most**2 - np.sum(gap**2, axis=1), (0.5 * most) ** 2))
         limits.append(feet[side].ankle[:, 2] + above - hip[:, 2])
     limit = np.min(limits, axis=0)
-    height = _smooth(limit)
+    smooth = partial(gaussian_filter1d, sigma=_SMOOTHING * _RATE, mode="nearest")
+    height = smooth(limit)
     for _ in range(6):
         lacking = np.maximum(height - limit, 0.0)
-        height -= _smooth(maximum_filter1d(lacking, 2 * _REACH + 1, mode="nearest"))
+        height -= smooth(maximum_filter1d(lacking, 2 * _REACH + 1, mode="nearest"))
     return height
-
-
-def _smooth(x: Float[Array, " n"], width: float = 0.06) -> Float[Array, " n"]:
-    """Return a curve on the grid smoothed by a Gaussian of a standard deviation [s]."""
-    reach = int(np.ceil(4 * width * _RATE))
-    kernel = np.exp(-0.5 * (np.arange(-reach, reach + 1) / (width * _RATE)) ** 2)
-    return np.convolve(np.pad(x, reach, mode="edge"), kernel / kernel.sum(), mode="valid")
 
 
 def _between(stances: Sequence[Stance], time: float) -> Float[Array, " 4"]:
