@@ -215,7 +215,7 @@ def _box_notes(
     human: Human, found: GroundForces, time: Float[Array, " n_frames"], ground: Ground
 ) -> tuple[str, ...]:
     """Return a note on a box that level ground does not have, if feet stand on it for a while."""
-    high, rise = _on_box(human, found, ground)
+    high, rise = on_box(human, found, ground)
     seconds = float(high.any(axis=1).sum() * np.median(np.diff(time)))
     if seconds < MIN_BOX_REST:
         return ()
@@ -231,12 +231,12 @@ def box_height(
     human: Human, found: GroundForces, time: Float[Array, " n_frames"], ground: Ground
 ) -> float | None:
     """Return the height of a box on which both feet stand for a while [m]; None without one."""
-    high, rise = _on_box(human, found, ground)
+    high, rise = on_box(human, found, ground)
     both = float(high.all(axis=1).sum() * np.median(np.diff(time)))
     return rise if both >= MIN_BOX_REST and rise >= MIN_BOX_HEIGHT else None
 
 
-def _on_box(
+def on_box(
     human: Human, found: GroundForces, ground: Ground
 ) -> tuple[Bool[Array, "n_frames 2"], float]:
     """Return the frames in which feet stand high above level ground, and how high [m].

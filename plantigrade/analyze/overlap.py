@@ -7,6 +7,7 @@ import numpy as np
 
 from plantigrade.arrays import Array, Float
 from plantigrade.contact.ground import Ground
+from plantigrade.kinematics.state import body_paths
 from plantigrade.models import Human
 from plantigrade.side_names import split_side
 
@@ -95,6 +96,12 @@ def overlap(
             away = mujoco.mj_geomDistance(model, data, int(first[k]), int(second[k]), 0.01, None)
             depth[f, pair[k]] = max(depth[f, pair[k]], -away)
     return Overlap(names, depth)
+
+
+def overlap_along(human: Human, qpos: Float[Array, "n_frames nq"]) -> Overlap:
+    """Return the depth of bodies in each other in configurations."""
+    every = range(human.model.nbody)
+    return overlap(human, *body_paths(human, qpos, every))
 
 
 def ground_overlap(

@@ -51,6 +51,15 @@ class BallJoint:
 
         return continuous(xyzw_to_wxyz(Rotation.from_euler("YXZ", angles * self._sign).as_quat()))
 
+    def between(self, one: Float[Array, "n 3"], two: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
+        """Return the rotation vectors from some angles to others, in the upper arm [rad]."""
+        from scipy.spatial.transform import Rotation
+
+        there, here = (
+            Rotation.from_quat(wxyz_to_xyzw(self.quaternions(angles))) for angles in (one, two)
+        )
+        return (there.inv() * here).as_rotvec()
+
     def angles(self, quat: Float[Array, "n 4"], near: Float[Array, "n 3"]) -> Float[Array, "n 3"]:
         """Return the angles of rotations nearest to given angles [rad]."""
         from scipy.spatial.transform import Rotation

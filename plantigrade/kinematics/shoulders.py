@@ -7,12 +7,14 @@ determines the two.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
-from plantigrade.arrays import Array, Float
+from plantigrade.arrays import Array, Bool, Float
 from plantigrade.constants import SIDES
 from plantigrade.models import Human
+from plantigrade.motion import Motion
 
 ARM = ("arm_flex", "arm_add", "arm_rot")
 USUAL_RANGE = np.deg2rad([(-70.0, 185.0), (-185.0, 60.0), (-110.0, 110.0)])
@@ -69,6 +71,52 @@ def in_usual_branch(human: Human, qpos: Float[Array, " nq"]) -> Float[Array, " n
         if range_excess(other) < range_excess(q[7:][hinges]):
             q[7:][hinges] = other
     return q
+
+
+def counted_on(human: Human, motion: Motion) -> Motion:
+    """Return a motion of the same poses, with shoulder angles that go on from frame to frame.
+
+    Within limits, an arm that goes up through the level sideways and comes back another way has to
+    change triples somewhere, by half a turn from one frame to the next. Here each frame has the
+    triple nearer to the one before, whole turns beyond the limits if it must be.
+    """
+    qpos, qvel = motion.qpos.copy(), motion.qvel.copy()
+    qacc = None if motion.qacc is None else motion.qacc.copy()
+    for hinges in arms_of(human):
+        k = 7 + np.array(hinges)
+        angles, changed = _counted_on(qpos[:, k], human.limits[:, hinges])
+        qpos[:, k] = angles
+        for rates in (qvel, qacc):  # the other triple adducts the other way
+            if rates is not None:
+                rates[changed, k[1] - 1] *= -1.0
+    if np.array_equal(qpos, motion.qpos):
+        return motion
+    return replace(motion, qpos=qpos, qvel=qvel, qacc=qacc)
+
+
+def _counted_on(
+    angles: Float[Array, "n_frames 3"], limits: Float[Array, "2 3"]
+) -> tuple[Float[Array, "n_frames 3"], Bool[Array, " n_frames"]]:
+    """Return angles that go on from frame to frame, and where they are the other triple."""
+    out, changed = angles.copy(), np.zeros(len(angles), bool)
+    for f in range(1, len(angles)):
+        choices = [
+            triple - 2 * np.pi * np.round((triple - out[f - 1]) / (2 * np.pi))
+            for triple in (angles[f], equivalent_angles(angles[f]))
+        ]
+        near = int(np.argmin([np.linalg.norm(x - out[f - 1]) for x in choices]))
+        out[f], changed[f] = choices[near], bool(near)
+    low, high = limits
+    turned = out * (1.0, -1.0, 1.0) + np.pi
+    found = []
+    for path in (out, turned):
+        turns = 2 * np.pi * np.arange(-2, 3)[:, None, None] + path
+        beyond = (np.maximum(low - turns, 0) + np.maximum(turns - high, 0)).sum(axis=1)
+        beyond[[0, 1, 3, 4]] += 1e-9  # none where it makes no difference
+        best = beyond.argmin(axis=0)
+        found.append((beyond.min(axis=0).sum(), path + 2 * np.pi * (best - 2)))
+    other = found[1][0] < found[0][0] - 1e-6
+    return found[int(other)][1], changed ^ other
 
 
 def arm_starts(

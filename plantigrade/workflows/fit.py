@@ -195,8 +195,12 @@ def fit_trial(
     settings: RecordingSettings | None = None,
     step: Step = silent,
     shared: Shared | None = None,
+    *,
+    boxes: bool = True,
 ) -> tuple[Recording, Trial]:
     """Read, fit and analyse a recording; return it as it was read, and the trial.
+
+    Without ``boxes`` the ground stays level where feet stand on one.
 
     Raises:
         ParameterError: If ``path`` is no path.
@@ -215,7 +219,7 @@ def fit_trial(
     how = {"mass": settings.mass, "without_plates": settings.without_plates}
     with step("analysing"):
         trial = analyse(fitted, cutoff=settings.cutoff or "usual", **how)
-    box = _box_below(trial)
+    box = _box_below(trial) if boxes else None
     if box is None or shared is not None:
         return recording, trial
     with step("fitting again, on a box"):

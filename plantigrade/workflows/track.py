@@ -13,23 +13,29 @@ from typing import Any
 
 import numpy as np
 
-from plantigrade.analyze.estimated_forces import estimate_signals
+from plantigrade.analyze.estimated_forces import estimate_signals, on_box
 from plantigrade.analyze.gait_forces import ForceComparison, compare_forces, measured_signals
 from plantigrade.analyze.norms_of_runs import norm_files
+from plantigrade.analyze.overlap import Overlap, overlap_along
 from plantigrade.analyze.recorded_walk import RecordedWalk
 from plantigrade.analyze.reproduction import Comparison, compare
 from plantigrade.analyze.reproduction_status import limit_of, limits_exceeded
+from plantigrade.analyze.tolerances import Tolerances
 from plantigrade.analyze.trial import Trial, analyse
-from plantigrade.arrays import root_mean_square
+from plantigrade.arrays import Array, Float, root_mean_square
 from plantigrade.constants import SIDES
+from plantigrade.contact.ground import LEVEL_GROUND
 from plantigrade.contact.site import ContactSite
+from plantigrade.dynamics.ball_joints import BallJoint
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
 from plantigrade.dynamics.inverse import inverse_dynamics
+from plantigrade.dynamics.loading import MIN_BOX_REST
 from plantigrade.errors import ParameterError, ReproduceError
+from plantigrade.kinematics.shoulders import arms_of, counted_on
 from plantigrade.models import Human
 from plantigrade.motion import Motion, Recording
 from plantigrade.motion.event_timing import is_running
-from plantigrade.motion.filters import resample
+from plantigrade.motion.filters import resample, runs
 from plantigrade.options import as_path
 from plantigrade.ordered_tasks.phases import walking_events
 from plantigrade.record import Record, Run
@@ -54,6 +60,10 @@ its edge."""
 COMPARED_PREFIXES = ("hip_", "knee_", "ankle_", "subtalar_", "rom_", "rmse_", "foot_flat")
 """Beginnings of the names of figures that are compared with the recording."""
 
+MAX_NAMED_OVERLAPS = 3  # pairs of body parts in each other that a warning names
+MAX_PELVIS_DISTANCE = 0.05
+"""Distance of the pelvis from the recorded one at which a warning tells it [m]: three times the RMS
+of tracked runs, and as much as a centre of mass goes up and down in walking."""
 EVENT_MARGIN = 0.1  # tracked before the first and after the last gait event [s]
 UNTRACKED_EDGE = 0.05  # [s] of a recording: filters know too little there
 
@@ -87,7 +97,47 @@ class Tracked:
             signals={**record.signals, **signals},
             references={"recorded": _later(self.motion, -self.begin)},
             clock=self.begin,
-            notes=(*self.walk.notes, *record.notes),
+            notes=(*self.walk.notes, *record.notes, *self._overlap_notes, *self._place_notes),
+        )
+
+    @cached_property
+    def _overlaps(self) -> tuple[Overlap, Overlap, Float[Array, " n"]]:
+        """Depths of limbs in each other, recorded and ours, and when."""
+        time = self.motion.time
+        during = (time >= self.begin) & (time <= self.begin + self.solution.task.plan.duration)
+        recorded = self.motion.frames(during)
+        ours = self._solved.motion
+        nearest = np.abs(ours.time[None] - (recorded.time - self.begin)[:, None]).argmin(axis=1)
+        one, two = (overlap_along(self.human, q) for q in (recorded.qpos, ours.qpos[nearest]))
+        return one, two, recorded.time
+
+    @property
+    def _overlap_notes(self) -> tuple[str, ...]:
+        """A warning of limbs in each other, beside how deep the recorded ones are."""
+        recorded, ours, time = self._overlaps
+        deepest = 1000.0 * ours.depth.max(axis=0)
+        own = np.maximum(1000.0 * recorded.depth.max(axis=0), 0.0)
+        allowed = Tolerances().overlap
+        words = [
+            f"{ours.names[k].replace('_', ' ')} by {deepest[k]:.0f} mm at "
+            f"{time[ours.depth[:, k].argmax()]:.2f} s (recorded: {own[k]:.0f} mm)"
+            for k in np.argsort(-deepest)[:MAX_NAMED_OVERLAPS]
+            if deepest[k] > allowed
+        ]
+        return (f"parts of the body are in each other: {', '.join(words)}.",) if words else ()
+
+    @property
+    def _place_notes(self) -> tuple[str, ...]:
+        """A warning of a pelvis far from the recorded one, as in a fall that is not followed."""
+        ours = self.compared().motion
+        recorded = resample(self.motion.time, self.motion.qpos[:, :3], ours.time)
+        away = np.linalg.norm(ours.qpos[:, :3] - recorded, axis=1)
+        far = int(away.argmax())
+        if away[far] <= MAX_PELVIS_DISTANCE:
+            return ()
+        return (
+            f"the pelvis is {1000 * away[far]:.0f} mm from the recorded one at "
+            f"{ours.time[far]:.2f} s: joint angles alone decide whether the run is ok.",
         )
 
     def compared(self) -> Record:
@@ -100,13 +150,20 @@ class Tracked:
         return replace(record, motion=record.motion.frames(keep), **arrays)
 
     def moved(self) -> tuple[float, float]:
-        """Return the RMS distance from the recorded motion: of angles [rad], of the pelvis [m]."""
-        ours = self.compared().motion
-        recorded = self.human.to_coordinates(self.motion.qpos)[1]
+        """Return the RMS distance from the recorded motion: of angles [rad], of the pelvis [m].
+
+        That of a shoulder is the rotation between both upper arms.
+        """
+        human, ours = self.human, self.compared().motion
+        recorded = human.to_coordinates(self.motion.qpos)[1]
         recorded[:, :3] = np.unwrap(recorded[:, :3], axis=0)
-        found = self.human.to_coordinates(ours.qpos)[1]
-        apart = found - resample(self.motion.time, recorded, ours.time)
+        recorded = resample(self.motion.time, recorded, ours.time)
+        found = human.to_coordinates(ours.qpos)[1]
+        apart = found - recorded
         apart[:, :3] = within_half_turn(apart[:, :3])
+        for side, hinges in zip(SIDES, arms_of(human), strict=False):
+            k = 6 + np.array(hinges)
+            apart[:, k] = BallJoint(side, hinges).between(recorded[:, k], found[:, k])
         angles = np.delete(apart, [3, 4, 5], axis=1)
         return root_mean_square(angles), root_mean_square(apart[:, 3:6])
 
@@ -192,6 +249,9 @@ class Tracked:
             "tracking_pelvis_rms_mm": 1000.0 * place,
             "lift_mm": 1000.0 * self.lift,
         }
+        recorded, ours, _ = self._overlaps
+        for name, of in (("overlap", ours), ("recorded_overlap", recorded)):
+            found[f"{name}_mm"] = max(1000.0 * float(of.depth.max()), 0.0)
         angles = self.against_recording.metrics() | self.assessed.metrics()
         found |= {name: x for name, x in angles.items() if name.startswith(COMPARED_PREFIXES)}
         found |= {limit_of(name): limit for name, limit in MAX_ERRORS.items()}
@@ -203,6 +263,21 @@ class Tracked:
 
     def _on_the_recordings_clock(self, record: Record) -> Record:
         return replace(record, motion=_later(record.motion, self.begin), conditions=())
+
+
+def _off_boxes(human: Human, motion: Motion, estimate: GroundForces) -> tuple[float, float]:
+    """Return the longest time without load on a box, whose height a plan does not have [s]."""
+    time, (high, _) = motion.time, on_box(human, estimate, LEVEL_GROUND)
+    if high.any(axis=1).sum() * np.median(np.diff(time)) < MIN_BOX_REST:
+        return float(time[0]), float(time[-1])
+    load, places = estimate.forces.force[..., 2], estimate.forces.point[..., 2]
+    free = ~((load > 0.0) & (places >= places[high].min())).any(axis=1)
+    longest = max(runs(np.asarray(free)), key=lambda run: run.stop - run.start)
+    start, stop = longest.start, longest.stop - 1  # filters smear what a box carries
+    return (
+        float(time[start] + (UNTRACKED_EDGE if start > 0 else 0.0)),
+        float(time[stop] - (UNTRACKED_EDGE if stop < len(time) - 1 else 0.0)),
+    )
 
 
 def _later(motion: Motion, seconds: float) -> Motion:
@@ -236,7 +311,7 @@ def track(
     """
     settings, path = settings or TrackSettings(), as_path(path, "a recording")
     origin = origin or Origin(name=f"synthesize-track-{path.stem}")
-    recording, trial = fit_trial(path, settings, step)
+    recording, trial = fit_trial(path, settings, step, boxes=False)
     tracked = track_trial(trial, settings, progress=progress)
     return run_of(recording, tracked, settings, origin)
 
@@ -283,20 +358,20 @@ def track_trial(
         )
     walk = RecordedWalk.of(trial)
     walk.refuse_uneven()
-    human, motion, lift = grounded(walk.human, walk.over_ground())
+    human, motion, lift = grounded(walk.human, counted_on(walk.human, walk.over_ground()))
     walked = motion.events if is_running(motion.events) else walking_events(motion.events)
-    first, last = float(motion.time[0]), float(motion.time[-1])
+    estimate = estimate_forces(human, motion)
+    first, last = _off_boxes(human, motion, estimate)
     start, stop = (walked[0].time, walked[-1].time) if len(walked) > 2 else (first, last)
-    start = start if settings.start is None else settings.start
-    stop = stop if settings.stop is None else settings.stop
-    if start >= last or stop <= first:
+    start = max(start, first) if settings.start is None else settings.start
+    stop = min(stop, last) if settings.stop is None else settings.stop
+    if start >= motion.time[-1] or stop <= motion.time[0]:
         raise ParameterError(
             f"nothing is recorded from {start:g} to {stop:g} s: the recording lasts from "
-            f"{first:g} to {last:g} s"
+            f"{motion.time[0]:g} to {motion.time[-1]:g} s"
         )
     begin = max(start - EVENT_MARGIN, min(first + UNTRACKED_EDGE, start))
     end = min(stop + EVENT_MARGIN, max(last - UNTRACKED_EDGE, stop))
-    estimate = estimate_forces(human, motion)
     task = track_task(human, motion, forces=estimate, start=begin, stop=end)
     body = ContactBody.for_plan(human, task.plan)
     solution = synthesize(body, task, progress=progress, refinements=settings.refinements)

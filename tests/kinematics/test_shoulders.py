@@ -8,9 +8,15 @@ from plantigrade.dynamics.ball_joints import BallJoint
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.inverse import inverse_dynamics
 from plantigrade.kinematics.fit import fit_markers
-from plantigrade.kinematics.shoulders import ARM, arms_of, equivalent_angles, range_excess
+from plantigrade.kinematics.shoulders import (
+    ARM,
+    arms_of,
+    counted_on,
+    equivalent_angles,
+    range_excess,
+)
 from plantigrade.models import Human
-from plantigrade.motion import Markers
+from plantigrade.motion import Markers, Motion
 from tests.kinematics.test_fit import NAMES, markers_of, recording, walker
 
 N = 160
@@ -97,6 +103,27 @@ def test_an_arm_that_changes_branch_pushes_nothing(cutoff):
         left.append(inverse_dynamics(human, d.qpos, d.qvel, d.qacc).residual_force)
     weight = human.mass * GRAVITY
     assert np.abs(left[0] - left[1]).max() < 0.01 * weight
+
+
+def test_angles_go_on_where_the_limits_would_turn_them_over():
+    """The pushed angles are those of one branch again, with their rates."""
+    human, time, qpos = moved("up and down")
+    smooth = differentiate(human, time, qpos, 6.0)
+    one = Motion(time, smooth.qpos, smooth.qvel, human.joint_names, smooth.qacc)
+    q, v, a = smooth.qpos.copy(), smooth.qvel.copy(), smooth.qacc.copy()
+    for hinges in arms_of(human):
+        k = 7 + np.array(hinges)
+        q[75:, k] = equivalent_angles(q[75:, k])
+        v[75:, k[1] - 1] *= -1.0
+        a[75:, k[1] - 1] *= -1.0
+    other = Motion(time, q, v, human.joint_names, a)
+    assert np.abs(np.diff(other.qpos[:, 7:], axis=0)).max() > 3.0  # half a turn
+    again = counted_on(human, other)
+    np.testing.assert_allclose(again.qpos, one.qpos, atol=1e-9)
+    np.testing.assert_allclose(again.qvel, one.qvel, atol=1e-9)
+    assert again.qacc is not None
+    np.testing.assert_allclose(again.qacc, one.qacc, atol=1e-9)
+    assert counted_on(human, one) is one
 
 
 def test_rates_of_a_shoulder_are_those_of_its_angles():

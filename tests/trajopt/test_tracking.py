@@ -8,22 +8,27 @@ import pytest
 from plantigrade.contact.flat_foot import flat_sites
 from plantigrade.contact.intervals import ContactInterval as Contact
 from plantigrade.contact.site import foot_sites
+from plantigrade.dynamics.ball_joints import BallJoint
 from plantigrade.dynamics.centroid import centroid
 from plantigrade.dynamics.derivatives import differentiate
 from plantigrade.dynamics.ground_forces import estimate_forces
 from plantigrade.dynamics.loading import EARLY_LOAD
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.contacts import foot_flat_time
+from plantigrade.kinematics.shoulders import arms_of
 from plantigrade.kinematics.sole_paths import lowest
 from plantigrade.kinematics.sole_paths import sole_paths as contact_points
 from plantigrade.kinematics.textbook_recording import textbook_walk
 from plantigrade.models import Human
 from plantigrade.motion import Motion
 from plantigrade.motion.filters import interpolate, runs
-from plantigrade.trajopt import ContactBody, synthesize
+from plantigrade.trajopt import ContactBody, ProblemBuilder, make_task, synthesize
+from plantigrade.trajopt.tasks.recorded_shoulders import ShoulderPath
 from plantigrade.trajopt.tasks.recorded_stances import TOE_ROLL_TIME
 from plantigrade.trajopt.tasks.tracking import GRID, contacts_of, grounded, recorded_stances, track
 from plantigrade.trajopt.terms.limits import Limits
+from plantigrade.trajopt.terms.solid import LEGS, ROW_SCALE, SolidLimbs
+from plantigrade.trajopt.terms.tracking import PartLegs
 from plantigrade.workflows.track import MAX_ERRORS
 
 pytestmark = pytest.mark.solver
@@ -240,6 +245,63 @@ def test_feet_that_sink_are_lifted(human, walk):
     assert abs(np.median(lowest(own, motion.qpos))) < 0.005
 
 
+def test_a_toe_that_touches_keeps_its_heel_up(human, walk):
+    """The heel of a person who balances on one leg had to come down where the toes touched."""
+    points = contact_points(human, walk.qpos)
+    heel = points.position[:, points.of("r", "heel"), 2].min(axis=1)
+    high = np.flatnonzero(
+        (heel - forefoot_height(human, walk.qpos, "r") > 0.05) & (walk.time > 0.2)
+    )
+    touch = float(walk.time[high[0]])
+    contacts = [Contact("r", part, touch, touch + 0.5) for part in ("ball", "toes")]
+    (stance,) = recorded_stances(human, walk, contacts, 0.0, touch + 0.8)
+    assert stance.toes_first and stance.toe_off - stance.heel_strike > 0.4
+    start, stop = stance.interval("heel")
+    assert start == stop
+
+
+@pytest.mark.parametrize("away", [2.0, 5.0])
+def test_an_arm_passes_the_singularity_of_its_shoulder_as_fast_as_a_joint_can(human, walk, away):
+    """Beside it, two angles turn by half a turn in 40 ms while the arm moves by a few degrees."""
+    (joint, *_), angles = arms_of(human), np.zeros((len(walk.time), 3))
+    turn = np.pi / (1.0 + np.exp(-(walk.time - walk.time.mean()) / 0.01))
+    ball = BallJoint("r", joint)
+    angles[:, 1] = np.deg2rad(away - 90.0)
+    paths = [angles + np.outer(turn, (1.0, 0.0, sign)) for sign in (1.0, -1.0)]
+    moved = [np.linalg.norm(ball.between(x[:1], x[-1:])) for x in paths]
+    fast = paths[int(np.argmin(moved))]
+    assert min(moved) < np.deg2rad(2.1 * away)
+    qpos, k = walk.qpos.copy(), 7 + np.array(joint)
+    qpos[:, k] = fast
+    found = ShoulderPath().of(human, replace(walk, qpos=qpos))[:, k]
+    assert np.abs(np.gradient(fast, walk.time, axis=0)).max() > 40.0
+    assert np.abs(np.gradient(found, walk.time, axis=0)).max() < 15.0  # [rad/s]
+    off = np.linalg.norm(ball.between(fast, found), axis=1)
+    assert off.max() < np.deg2rad(away)
+
+
+def test_legs_in_each_other_are_drawn_apart_and_no_others(human):
+    """Recorded legs that are in each other may be so; those apart have to keep their distance."""
+    task = make_task("squat", human)
+    given = ContactBody.for_plan(human, task.plan)
+    times = np.array([0.0, task.plan.duration])
+    q = given.symbolic.from_mujoco(human.standing()[None], *np.zeros((2, 1, human.model.nv)))[0]
+    q = np.repeat(q, 2, axis=0)
+    crossed = q.copy()
+    for side in "rl":
+        crossed[:, 6 + human.hinge(f"hip_adduction_{side}")] = 0.25
+    rows = {}
+    for name, path in (("apart", q), ("crossed", crossed)):
+        b = ProblemBuilder(given, task.plan, task.nodes())
+        PartLegs(times, path).add_to(b)
+        rows[name] = b.family(LEGS)
+    least = ROW_SCALE * SolidLimbs().margin
+    assert rows["apart"].lower.min() > least - 0.1 and not rows["apart"].weight.any()
+    assert rows["crossed"].lower.max() < 0.0
+    assert rows["crossed"].weight.min() > 0.0
+    np.testing.assert_allclose(rows["crossed"].target, least)
+
+
 def test_what_never_touches_is_refused(human, walk):
     with pytest.raises(ParameterError, match="at least four"):
         track(human, walk, start=5.0, stop=4.0)
@@ -383,6 +445,21 @@ def test_recorded_flights_pass_the_check(data, path, degrees, peak):
         assert found.walk.measured.contact_force is not None
         measured = np.nanmax(found.walk.measured.contact_force[..., 2]) / weight
         assert abs(run.figures["ground_force_max_bw"] - measured) < peak
+
+
+@pytest.mark.slow
+def test_a_drop_jump_with_swinging_arms_passes_the_check(data):
+    """From when the feet leave the box; the arms go up sideways, past the singularity."""
+    from plantigrade.workflows.fit import fit_trial
+    from plantigrade.workflows.synthesize import Origin
+    from plantigrade.workflows.track import TrackSettings, run_of, track_trial
+
+    settings = TrackSettings()
+    recording, trial = fit_trial(data / "opensim/opencap_subject4/DJ1.trc", settings, boxes=False)
+    found = track_trial(trial, settings)
+    assert found.start == pytest.approx(1.15, abs=0.1)
+    run = run_of(recording, found, settings, Origin())
+    assert run.ok, run.status
 
 
 @pytest.mark.slow

@@ -1,6 +1,6 @@
 """When and where recorded feet stand: contacts from events and rests, footprints from paths."""
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import replace
 
 import numpy as np
@@ -47,13 +47,17 @@ yield, lower the peaks of force, from 2.8 to 2.5 body weights (plates 2.3): else
 the forefoot and leaves the heel at once, which the ankle does not bear."""
 
 MAX_CONTACT_HEIGHT = 0.01  # [m] maximum height of a part of a foot in contact
+HIGH_HEEL = 0.03
+"""Height of a heel above ball and toes at which a foot that touches lands on these [m]. Chosen: a
+foot that strikes with its heel has it lower than them, CMU 131_12 lands with it 130 mm higher."""
 
 
 def contacts_of(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
     """Return which part of which foot touches when, from gait events or else from what rests.
 
     A slow part that has risen by :data:`MAX_CONTACT_HEIGHT`, such as a heel, no longer touches.
-    Ball and toes of a foot that strikes with its heel touch from foot flat on.
+    Ball and toes of a foot that strikes with its heel touch from foot flat on. The heel of a foot
+    that lands on its toes touches when it is down, if it comes down.
     """
     points = sole_paths(human, motion.qpos)
     rests = find_rests(points, motion.rate)
@@ -62,21 +66,42 @@ def contacts_of(human: Human, motion: Motion) -> tuple[ContactInterval, ...]:
     seen = {c.side for c in found}
     found += tuple(rest.interval(time) for rest in rests if rest.side not in seen)
     strikes = [(c.side, c.start) for c in found if c.region == "heel" and c.start > time[0]]
-    settled = (_settled(c, points, time) for c in found)
-    return tuple(_after_foot_flat(c, strikes, points, time) for c in settled)
+    on_toes = {s for s in strikes if _lands_on_toes(*s, points, time)}
+    settled = (_settled(c, points, time, on_toes) for c in found)
+    return tuple(_after_foot_flat(c, strikes, points, time, on_toes) for c in settled if c)
+
+
+def _lands_on_toes(
+    side: str, touch: float, points: SolePaths, time: Float[Array, " n_frames"]
+) -> bool:
+    """Return whether the heel of a foot is up when it touches [s]."""
+    at = points.position[int(np.argmin(np.abs(time - touch))), :, 2]
+    front = [i for region in ("ball", "toes") for i in points.of(side, region)]
+    return bool(at[points.of(side, "heel")].min() - at[front].min() > HIGH_HEEL)
 
 
 def _settled(
-    contact: ContactInterval, points: SolePaths, time: Float[Array, " n_frames"]
-) -> ContactInterval:
-    """Return a contact without what is too high at its ends; heel strikes and toe offs stay."""
+    contact: ContactInterval,
+    points: SolePaths,
+    time: Float[Array, " n_frames"],
+    on_toes: Set[tuple[str, float]],
+) -> ContactInterval | None:
+    """Return a contact without what is too high at its ends; heel strikes and toe offs stay.
+
+    None of a heel that stays up from when the toes strike (``on_toes``: side and time [s]).
+    """
     index = points.of(contact.side, contact.region)
     height = points.position[:, index, 2].min(axis=1)
     inside = (time >= contact.start) & (time <= contact.stop)
     low = np.flatnonzero(inside & (height < MAX_CONTACT_HEIGHT))
+    struck = contact.region == "heel"
+    if struck and (contact.side, contact.start) in on_toes:
+        struck = False
+        if not len(low):
+            return None
     if len(low) < 3:
         return contact
-    start = contact.start if contact.region == "heel" else float(time[low[0]])
+    start = contact.start if struck else float(time[low[0]])
     stop = contact.stop if contact.region == "toes" else float(time[low[-1]])
     return replace(contact, start=start, stop=stop)
 
@@ -86,10 +111,11 @@ def _after_foot_flat(
     strikes: Sequence[tuple[str, float]],
     points: SolePaths,
     time: Float[Array, " n_frames"],
+    on_toes: Set[tuple[str, float]],
 ) -> ContactInterval:
     """Return a contact of ball or toes from foot flat on; others, and in cut stances, unchanged."""
     before = [t for side, t in strikes if side == contact.side and t < contact.stop]
-    if contact.region == "heel" or not before:
+    if contact.region == "heel" or not before or (contact.side, max(before)) in on_toes:
         return contact
     front = [i for region in ("ball", "toes") for i in points.of(contact.side, region)]
     flat = max(before) + foot_flat_time(
@@ -110,15 +136,17 @@ def recorded_stances(
     """Return the stances of both feet within ``duration`` [s] from ``start`` on.
 
     Their times count from ``start`` and are multiples of :data:`CHANGE_GRID`. In runs and jumps
-    (``flies``), a foot may land with its toes.
+    (``flies``), a foot may land with its toes; so does one whose heel is up when it touches.
     """
     first, last = float(motion.time[0]), float(motion.time[-1])
-    paths = _Paths(human, motion)
+    paths, points = _Paths(human, motion), sole_paths(human, motion.qpos)
     found = []
     for side in SIDES:
         for group in grouped(c for c in contacts if c.side == side):
             heel = min((c.start for c in group if c.region == "heel"), default=np.inf)
-            toes_first = flies and min(c.start for c in group) < heel
+            touch = min(c.start for c in group)
+            up = first < touch and _lands_on_toes(side, touch, points, motion.time)
+            toes_first = touch < heel and (flies or up)
             times = _times(group, first, last, heel if toes_first else None)
             if times is None:
                 continue

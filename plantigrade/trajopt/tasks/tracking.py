@@ -12,9 +12,10 @@ subject to the equations of motion, contact, friction and the person's limits. T
 wrenches on the feet and moments of hip, knee and ankle; the expected ones :math:`\bar r_i` with
 their standard errors :math:`\sigma_i` are those of the whole recording's quadratic program
 (:mod:`plantigrade.dynamics.ground_forces`), from the motion alone. It gives the forces to start
-from, too. When the feet touch comes from gait events and from what rests
-(:mod:`plantigrade.kinematics.contacts`), in runs and jumps from the heights of the parts of the
-feet; when a seat carries from :mod:`plantigrade.dynamics.loading`.
+from, too. Shoulders pass the singularity of their angles as fast as a joint can
+(:mod:`plantigrade.trajopt.tasks.recorded_shoulders`). When the feet touch comes from gait events
+and from what rests (:mod:`plantigrade.kinematics.contacts`), in runs and jumps from the heights of
+the parts of the feet; when a seat carries from :mod:`plantigrade.dynamics.loading`.
 """
 
 from collections.abc import Mapping
@@ -22,12 +23,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from plantigrade.arrays import Array
+from plantigrade.arrays import Array, Float
 from plantigrade.contact.plan import ContactPlan
 from plantigrade.contact.site import foot_sites
 from plantigrade.dynamics.ground_forces import GroundForces, estimate_forces
 from plantigrade.errors import ParameterError
 from plantigrade.kinematics.fitted_soles import on_own_soles
+from plantigrade.kinematics.shoulders import arms_of, counted_on
 from plantigrade.kinematics.sole_paths import sole_paths
 from plantigrade.kinematics.sole_rests import find_rests
 from plantigrade.models import Human
@@ -42,6 +44,7 @@ from plantigrade.trajopt.tasks.recorded_forces import (
     seat_share,
 )
 from plantigrade.trajopt.tasks.recorded_seat import supports_of
+from plantigrade.trajopt.tasks.recorded_shoulders import ShoulderPath
 from plantigrade.trajopt.tasks.recorded_stances import (
     GRID,
     NODES_PER_SECOND,
@@ -57,6 +60,7 @@ from plantigrade.trajopt.terms.term import Term
 from plantigrade.trajopt.terms.tracking import (
     FootWrenches,
     JointMoments,
+    PartLegs,
     Track,
     TrackAcceleration,
     TrackFeet,
@@ -74,6 +78,10 @@ TRACKING_WEIGHTS = {
 FLYING_NODES_PER_SECOND = 100.0
 """Nodes of runs and jumps [1/s]; the task of running has 120. With 60 and with 150, a run at 3 m/s
 is as near to the recording (3.9°) and has the same peak of force."""
+
+COUNTED_ROOM = 0.2
+"""How far a shoulder angle that counts on past the person's limits may go beyond its path [rad];
+chosen, as tracked arms are a few degrees off."""
 
 # [1] weight of toe torque relative to other joints, because toes are weak
 TOE_TORQUE_WEIGHTS = {"mtp_angle": 10.0}
@@ -112,6 +120,7 @@ class TrackingWeights:
         q: Array,
         feet: FootWrenches,
         moments: JointMoments,
+        counted: Mapping[str, tuple[float, float]] | None = None,
         *,
         soft_landing: bool = False,
     ) -> tuple[Term, ...]:
@@ -119,12 +128,14 @@ class TrackingWeights:
 
         Feet of walks do not land at rest: they would slow down, and be down, too early. After a
         flight they land faster, and a rigid foot would stop within a step of the nodes, the harder
-        the finer the mesh: with ``soft_landing`` they are at rest.
+        the finer the mesh: with ``soft_landing`` they are at rest. ``counted`` are ranges of
+        shoulder angles beyond the person's [rad].
         """
         return (
             Dynamics(),
             OnGround(soft_landing=soft_landing),
-            Limits(ranges={}),
+            Limits(ranges={}, counted=counted or {}),
+            PartLegs(times, q),
             Track(times, q, self.weight, self.joints),
             TrackAcceleration(times, q, self.acceleration),
             TrackFeet(feet, self.feet),
@@ -167,7 +178,8 @@ def track(
         )
     forces = estimate_forces(human, motion) if forces is None else forces
     plan = _plan(human, motion, forces, start, stop)
-    q = human.to_coordinates(motion.qpos)[1]
+    motion = counted_on(human, motion)
+    q = human.to_coordinates(ShoulderPath().of(human, motion))[1]
     q[:, :3] = np.unwrap(q[:, :3], axis=0)
     moved = time - start
 
@@ -183,7 +195,8 @@ def track(
 
     moments = expected_moments(human, motion, forces, moved)
     flies = forces.flies
-    terms = TrackingWeights().terms(moved, q, feet, moments, soft_landing=flies)
+    ranges = _counted(human, q)
+    terms = TrackingWeights().terms(moved, q, feet, moments, ranges, soft_landing=flies)
     return MotionTask(
         "track",
         plan,
@@ -194,6 +207,17 @@ def track(
         least_nodes_per_second=NODES_PER_SECOND if flies else 0.0,
         solid=False,
     )
+
+
+def _counted(human: Human, q: Float[Array, "n_frames nv"]) -> dict[str, tuple[float, float]]:
+    """Return the ranges of shoulder angles that count on past the person's limits [rad]."""
+    found = {}
+    for i in (hinge for arm in arms_of(human) for hinge in arm):
+        path, (low, high) = q[:, 6 + i], human.limits[:, i]
+        if path.min() < low or path.max() > high:
+            least, most = path.min() - COUNTED_ROOM, path.max() + COUNTED_ROOM
+            found[human.coordinates[i]] = float(min(low, least)), float(max(high, most))
+    return found
 
 
 def _plan(

@@ -24,6 +24,8 @@ class Limits(Term):
     ranges: Mapping[str, tuple[float, float]] = field(
         default_factory=lambda: {"knee_angle": (0.0, 2.6)}
     )
+    #: Ranges in place of the person's, by name: of angles that count on past a half turn [rad]
+    counted: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     speed: float = 15.0  #: Largest speed of a joint [rad/s]
     strength: float = 1.0  #: Part of the person's joint torques that may be used
     #: How far within their ranges joints stay at nodes [rad]; between nodes they may swing out a
@@ -35,6 +37,7 @@ class Limits(Term):
         """Return lower and upper limits of the hinges [rad]."""
         limits = human.limits.copy()
         for i, name in enumerate(human.coordinates):
+            limits[:, i] = self.counted.get(name, limits[:, i])
             own = self.ranges.get(name, self.ranges.get(name[:-2]))
             if own is not None:
                 limits[:, i] = max(limits[0, i], own[0]), min(limits[1, i], own[1])
