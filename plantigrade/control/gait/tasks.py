@@ -114,6 +114,7 @@ class GaitTaskSettings:
         accelerates the pendulum.
 
         Args:
+            ref: The motion at the phase of the gait.
             omega: Root of gravity by height [1/s].
             dcm_error: Error of the divergent component [m].
             cop_offset: Offset of the centre of pressure from the motion without it [m].

@@ -208,13 +208,11 @@ class WalkingTasks:
 
         The centre of pressure may be desired outside of the contacts, too.
 
+        What is not said here is as in
+        :meth:`~plantigrade.control.gait.tasks.GaitTaskSettings.com_acceleration`.
+
         Args:
-            ref: The reference at the phase of the gait.
-            omega: Root of gravity by height [1/s].
-            dcm_error: Error of the divergent component [m].
-            cop_offset: Offset of the centre of pressure from the reference [m].
             lowering: Lowering of the body, for far footsteps [m].
-            contacts: Points that touch [m].
             ground: Height of the ground around [m].
             slope: Its rise along x and y, by distance.
             time: To the next touchdown [s]; None where no foot swings.
