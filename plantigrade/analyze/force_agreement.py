@@ -230,6 +230,11 @@ def _disagreement(wrong: dict[tuple[str, str], float]) -> str:
     slope = wrong[name, where]
     cause = "sign or axis" if slope < MIN_SLOPE else "scale or unit"
     how = f"changes {slope:.1f} times as much as the motion requires"
+    if name == "vertical" and slope < MIN_SLOPE:  # it carries the person: its sign is right
+        return (
+            f"the measured vertical force{where} does not follow the motion: one of them, or the "
+            "clock of the force plates, is probably wrong"
+        )
     if slope < 0:
         how = "has the opposite direction of what the motion requires"
     elif slope < MIN_SLOPE:
