@@ -18,7 +18,8 @@ from experiments import (
 from experiments.cached_results import CachedResults
 from experiments.human_pushes import COLUMNS, FILE, aside, pushes
 from experiments.walk_outcome import Landing, WalkOutcome
-from experiments.walkers import make_named
+from experiments.walkers import make_named, walks_as
+from experiments.walking import recorded, refusal
 from plantigrade.errors import FileError, ParameterError, PlantigradeError
 from plantigrade.record import Record
 
@@ -300,3 +301,15 @@ def test_the_short_forms_are_few(made, tmp_path):
     for module in (push_map, push_any_controller, feet_while_walking):
         module.run(quick=True)
     assert len(made) < 10
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("deepmimic/humanoid3d_stealthy_walk.txt", ""),
+        ("cmu_asfamc/131_12.amc", "spins on one foot"),
+    ],
+)
+def test_spins_are_refused_and_feet_on_their_toes_are_none(data, name, why):
+    """A foot whose sole is upright has no heading along its length."""
+    assert refusal(walks_as("pendulum", recorded(data / name))) == why

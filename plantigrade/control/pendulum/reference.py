@@ -100,7 +100,8 @@ def refuse_spins(reference: ReferenceTables, human: Human) -> None:
     for each in (each for each in reference.schedule.stances if each.side in SIDES):
         i, k = (int(min(max(time / STEP, 0.0), last)) for time in (each.start, each.stop))
         foot = rows.foot_rotation[i : k + 1, SIDES.index(each.side)]
-        turn = float(np.ptp(np.unwrap(np.arctan2(foot[:, 1, 0], foot[:, 0, 0]))))
+        # The lateral axis is level in a foot on its toes, too, whose long axis points down.
+        turn = float(np.ptp(np.unwrap(np.arctan2(-foot[:, 0, 1], foot[:, 1, 1]))))
         if turn > most:
             raise ParameterError(
                 f"from {i * STEP:.1f} s on the walk turns by {np.rad2deg(turn):.0f}° on one foot; "
