@@ -84,6 +84,8 @@ def test_a_motion_that_begins_at_rest_does_not_repeat_and_one_that_ends_as_it_be
     np.testing.assert_allclose(advance, [1.3, 0.0, 0.0], atol=1e-9)
     reference = reference_of(Record(side_step.human, gliding))
     np.testing.assert_allclose(reference.at(2.5).q[0] - reference.at(0.5).q[0], 2.6, atol=1e-9)
+    qvel[[0, -1], 0] = 0.0  # a slow walk almost stops between steps
+    assert period_of(Record(side_step.human, replace(gliding, qvel=qvel)))[0] is not None
 
 
 def test_too_short_a_motion_is_refused(side_step):

@@ -244,8 +244,9 @@ def period_of(
     period of any other motion is None.
     """
     m, none = record.motion, np.zeros(3)
-    speed = float(np.linalg.norm(m.qvel[0, :3]))
-    if speed < rest_speed:
+    speed = float(np.linalg.norm(m.qvel[0, :3]))  # slow walks almost stop at times
+    far = float(np.linalg.norm(m.qpos[-1, :2] - m.qpos[0, :2]))
+    if speed < rest_speed and far <= rest_speed * m.duration:
         return None, none
     turned = 1.0 - abs(float(m.qpos[0, 3:7] @ m.qpos[-1, 3:7]))
     apart = np.abs(m.qpos[-1, 7:] - m.qpos[0, 7:]).max()
