@@ -123,7 +123,8 @@ def world_of(
         seed=how.seed,
     )
     mismatch.apply(world)
-    if begin.motion is not None:
-        every = max(1, round(begin.motion.rate / CONTACT_RATE))
-        world.allow_contacts_of(begin.motion.qpos[::every])
+    if (motion := begin.motion) is not None:
+        n = 1 + int(motion.duration * CONTACT_RATE)
+        frames = np.linspace(0, motion.n_frames - 1, n).round().astype(int)
+        world.allow_contacts_of(motion.qpos[frames])
     return world
