@@ -45,8 +45,8 @@ def rotation_matrix(quat: Float[Array, "*n 4"]) -> Float[Array, "*n 3 3"]:
     return matrices(rows)
 
 
-def matrices(rows: Sequence[Sequence[Array]]) -> Float[Array, "*n i j"]:
-    """Return matrices from their entries, an array each, row by row."""
+def matrices(rows: Sequence[Sequence[Any]]) -> Float[Array, "*n i j"]:
+    """Return matrices from their entries, an array or a number each, row by row."""
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
@@ -242,7 +242,7 @@ def _pelvis_rate_matrix(
     return matrices(E), matrices(E_dot)
 
 
-def cross(a: Float[Array, "*n 3"], b: Float[Array, "*n 3"]) -> Float[Array, "*n 3"]:
+def cross(a: Float[Array, "... 3"], b: Float[Array, "... 3"]) -> Float[Array, "... 3"]:
     """Return cross products, faster than NumPy."""
     return a.take(_AHEAD, -1) * b.take(_BEHIND, -1) - a.take(_BEHIND, -1) * b.take(_AHEAD, -1)
 
