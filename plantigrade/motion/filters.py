@@ -6,7 +6,7 @@ separately and keeps NaN: a filter never reaches across a gap.
 
 import numpy as np
 
-from plantigrade.arrays import Array, Bool, Float
+from plantigrade.arrays import Array, Bool, Float, Int
 from plantigrade.errors import ParameterError
 from plantigrade.motion.recording import rate_of
 
@@ -181,7 +181,9 @@ def resample(
 
 
 def interpolate(
-    time: Float[Array, " n"], clock: Float[Array, " m"], values: Float[Array, " m *channels"]
+    time: Float[Array, " n"] | Int[Array, " n"],
+    clock: Float[Array, " m"] | Int[Array, " m"],
+    values: Float[Array, " m *channels"],
 ) -> Float[Array, " n *channels"]:
     """Return a signal at other times [s], linearly interpolated, and constant beyond its ends."""
     columns = values.reshape(len(values), -1).T
