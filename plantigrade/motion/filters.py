@@ -218,7 +218,7 @@ def check_time(time, values):
         raise ParameterError("time must increase from frame to frame")
 
 
-def vertex(curve: Float[Array, " n"], k: int) -> float:
+def vertex(curve: Float[Array, " n"], k: int | np.integer) -> float:
     """Return how far, in steps, the vertex of a curve is from sample ``k``, its extreme one."""
     before, extreme, after = curve[k - 1 : k + 2]
     return float(0.5 * (before - after) / (before - 2 * extreme + after))
