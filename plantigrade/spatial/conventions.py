@@ -82,7 +82,9 @@ def about_vertical(angle: Float[Array, "*n"] | float) -> Float[Array, "*n 3 3"]:
     return out
 
 
-def axes_along(first: Float[Array, "*n 3"], second: Float[Array, "*n 3"]) -> Float[Array, "*n 3 3"]:
+def axes_along(
+    first: Float[Array, "*n 3"], second: Float[Array, "... 3"]
+) -> Float[Array, "*n 3 3"]:
     """Return axes as columns: along a vector, along another made square to it, and their product.
 
     Example:
