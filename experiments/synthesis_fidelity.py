@@ -33,7 +33,6 @@ from plantigrade.dynamics.centroid import centroid
 from plantigrade.models import Person
 from plantigrade.pages.section import Section
 from plantigrade.record import Run
-from plantigrade.trajopt.tasks.gait_parameters import leg_length
 
 FREE_SPEED = 1.3
 """The speed with goals [m/s]."""
@@ -146,7 +145,7 @@ def shape_of(run: Run) -> dict[str, Any]:
     com = centroid(human, motion.qpos, motion.qvel).com
     curves = gait_curves(record)
     speed = float(np.ptp(motion["pelvis_tx"][[0, -1]]) / motion.duration)
-    kind = norms.speed_class(speed, leg_length(human))
+    kind = norms.speed_class(speed, human.dimensions.leg_length)
     shape = gait_shape(curves, kind)
     way = float(np.linalg.norm(com[-1, :2] - com[0, :2]))
     gait = asdict(shape) | {"rmse": shape.rmse, "rmse_offset_removed": shape.rmse_offset_removed}

@@ -35,7 +35,6 @@ from plantigrade.arrays import Array, Float
 from plantigrade.models import Person
 from plantigrade.models.textbook_gait import ADULT_SPEED, CLASS_SPEEDS
 from plantigrade.record import Run
-from plantigrade.trajopt.tasks.gait_parameters import leg_length
 from plantigrade.trajopt.tasks.registry import make_task
 
 PERSON = Person(height=1.74, mass=71.0, joints="43")
@@ -140,7 +139,7 @@ def shape_of(run: Run, speed: float) -> dict[str, Any]:
         own = curves.angles[name if name.startswith("pelvis") else f"{name}_r"]
         angles[name] = np.interp(np.linspace(0, 100, 51), curves.percent, np.nanmean(own, axis=0))
     return {
-        "relative": norms.dimensionless_speed(speed, leg_length(human)),
+        "relative": norms.dimensionless_speed(speed, human.dimensions.leg_length),
         "angles": angles,
         "figures": plane_figures(run.record) | load_figures(curves),
         "usual": {n: list(x) for n, x in published(human, speed).items()},

@@ -9,7 +9,7 @@ __all__ = ["Array", "Bool", "Float", "Int", "root_mean_square", "spread"]
 
 
 def spread(count: int, most: int) -> Int[Array, " n"]:
-    """Return indices of so many things, at most, that are spread over all of them.
+    """Return at most ``most`` of ``count`` indices, evenly spread.
 
     Example:
         >>> spread(10, 4).tolist(), spread(2, 4).tolist()

@@ -63,9 +63,9 @@ MIN_SINGLE = 20  # [1] minimum number of frames in single support
 
 
 def flight_acceleration(trial: Trial) -> tuple[float, float] | None:
-    """Return the mean acceleration with which the body falls in flight [m/s²]; None without any.
+    """Return the mean acceleration in flight, positive downwards, and its error [m/s²].
 
-    And its error from the masses of the segments [m/s²].
+    The error is that of the segments' masses. None without a flight.
     """
     human, time, qpos = trial.fit.human, trial.fit.time, trial.fit.qpos
     events, spans = trial.motion.events, []
@@ -141,9 +141,12 @@ def rate_doubt(trial: Trial) -> tuple[str, bool]:
 
 
 def _cause(factor: float, height: float) -> str:
-    """Return what explains a clock that is so many times too slow, for a person of a height [m].
+    """Return the likely cause of a gravity that differs from the earth's.
 
-    Lengths that are too small make gravity too small, too.
+    Args:
+        factor: By how much the frame rate would be too low [1]. Lengths that are too small by its
+            square show the same gravity.
+        height: Stature of the fitted person [m].
     """
     adult = height * factor**2
     if not WALKER_HEIGHT[0] < height < WALKER_HEIGHT[1] and ADULT[0] < adult < ADULT[1]:

@@ -265,6 +265,11 @@ class Ground:
         return np.where((height >= self.along(x[..., 0]))[..., None], tilted, normal)
 
     @property
+    def level(self) -> bool:
+        """Whether it is a level plane that rests, without seats."""
+        return self == Ground(self.height, friction=self.friction)
+
+    @property
     def uneven(self) -> bool:
         """Whether the ground has relief, which changes its normal."""
         return bool(self.bumps) or self.field is not None

@@ -49,6 +49,7 @@ ASSUMED_HEIGHT = 1.60  # [m], ankle to head, where no unit fits
 MAX_BYTES = 100e6  # of a file [bytes]: about 13 minutes of 43 joints at 120 Hz
 
 _AT_REST = 2.0  # [deg]
+_RESTING_SHARE = 0.75  # [1] of the rotations in a rest pose; a suit of sensors bends the spine
 _JUMP_FACTOR = 2.0  # times the usual change between frames
 MAX_PELVIS_TILT = np.deg2rad(25)  # [rad] of an upright pelvis from the axes it was made along
 
@@ -110,7 +111,7 @@ def _without_rest_pose(
         return 0, values
     rotations = values[:, columns]
     moving = np.ptp(rotations[1:], axis=0) > 0.5
-    if not moving.any() or np.quantile(np.abs(rotations[0, moving]), 0.75) > _AT_REST:
+    if not moving.any() or np.quantile(np.abs(rotations[0, moving]), _RESTING_SHARE) > _AT_REST:
         return 0, values
     change = np.diff(rotations[:, moving], axis=0)
     change = np.abs((change + 180) % 360 - 180).mean(axis=1)

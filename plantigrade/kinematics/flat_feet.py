@@ -62,7 +62,7 @@ class FlatFeet:
     human: Human  #: The person, with the height of the ankles and the soles found
     places: tuple[Attachment, ...]  #: Attachment of each marker
     grounded: bool = False  #: Whether a foot stood flat on the ground in some frames
-    #: Height above the ground at which the feet stand, if bare feet cannot be that thick [m]
+    #: Height above the ground at which the feet stand, beyond what soles explain; else zero [m]
     above_ground: float = 0.0
     notes: tuple[str, ...] = ()  #: Notes for the user, one sentence each
 
@@ -123,26 +123,11 @@ def set_flat(
         for i, place in enumerate(places):
             if place.body in _bodies(human, side):
                 found[i] = np.einsum("fji,fj->fi", level, seen[:, i] - ankle).mean(axis=0)
-    if not heights:
-        return FlatFeet(human, _moved(human, human, places, found), notes=tuple(notes))
-    mean = float(np.mean(list(heights.values())))
-    bare, excess = _bare_ankle(human, mean)
-    if bare is None:
-        notes.append(
-            f"the ankles of standing feet are {1e3 * mean:.0f} mm above the ground of the file: "
-            "the floor is elsewhere, and the soles were left unchanged."
-        )
-        moved = _moved(human, human, places, found)
-        return FlatFeet(human, moved, above_ground=excess, notes=tuple(notes))
-    thick = {side: heights.get(side, mean) - bare for side in SIDES}
-    shod = _with_ankles(human, bare, thick)
-    thickness = float(np.mean(list(thick.values())))
-    if thickness > MIN_NOTED_THICKNESS:
-        notes.append(
-            f"the ankles stand {1e3 * thickness:.0f} mm higher than on bare feet; soles of that "
-            "thickness were added."
-        )
-    return FlatFeet(shod, _moved(human, shod, places, found), True, notes=tuple(notes))
+    usual = _usual_ankle(human)
+    shod = _on_soles(human, heights, usual, notes)
+    moved = _moved(human, shod or human, places, found)
+    above = 0.0 if shod or not heights else float(np.mean(list(heights.values()))) - usual
+    return FlatFeet(shod or human, moved, shod is not None, above, tuple(notes))
 
 
 def _moved(
@@ -166,6 +151,40 @@ def _poses(
         pose = solver.solve(frame, pose).qpos
         poses.append(pose)
     return np.array(poses), points.path(np.array(poses))
+
+
+def _on_soles(
+    human: Human, heights: Mapping[str, float], usual: float, notes: list[str]
+) -> Human | None:
+    """Return the person with ankles at their heights in stance, by soles of any thickness.
+
+    None if no foot stands flat, or the ankles are not at the height of a foot on the ground.
+
+    Args:
+        heights: Height of the ankle in stance by side [m].
+        usual: That on bare feet [m].
+    """
+    if not heights:
+        return None
+    mean = float(np.mean(list(heights.values())))
+    excess = mean - usual
+    if not ANKLE_DEVIATION[0] < excess < ANKLE_DEVIATION[1]:
+        notes.append(
+            f"the ankles of standing feet are {1e3 * mean:.0f} mm above the ground of the file: "
+            "the floor is elsewhere, and the soles were left unchanged."
+        )
+        return None
+    share = MALLEOLUS_SPREAD**2 / (MALLEOLUS_SPREAD**2 + SHOE_SPREAD**2)
+    bare = usual + (excess if excess < 0 else share * excess)
+    thick = {side: heights.get(side, mean) - bare for side in SIDES}
+    shod = _with_ankles(human, bare, thick)
+    thickness = float(np.mean(list(thick.values())))
+    if thickness > MIN_NOTED_THICKNESS:
+        notes.append(
+            f"the ankles stand {1e3 * thickness:.0f} mm higher than on bare feet; soles of that "
+            "thickness were added."
+        )
+    return shod
 
 
 def with_resting_soles(
@@ -271,19 +290,11 @@ def _speed(height: np.ndarray, moving: int, rate: float) -> np.ndarray:
     return np.where(np.isfinite(height), speed, np.nan)
 
 
-def _bare_ankle(human: Human, height: float) -> tuple[float | None, float]:
-    """Return the height of the ankle joint centre above a bare sole, None if it cannot be [m].
-
-    And by how much the ankle stands higher than usual on a bare foot [m].
-    """
+def _usual_ankle(human: Human) -> float:
+    """Return the usual height of the ankle joint centre above a bare sole [m]."""
     marker, foot = attachments(human)["ankle_lateral_r"], human.body("foot_r")
     above = float(marker.position[2] - human.model.body_pos[foot, 2])
-    usual = MALLEOLUS_HEIGHT[human.sex] * human.height - above
-    excess = height - usual
-    if not ANKLE_DEVIATION[0] < excess < ANKLE_DEVIATION[1]:
-        return None, excess
-    share = MALLEOLUS_SPREAD**2 / (MALLEOLUS_SPREAD**2 + SHOE_SPREAD**2)
-    return usual + (excess if excess < 0 else share * excess), excess
+    return MALLEOLUS_HEIGHT[human.sex] * human.height - above
 
 
 def _with_ankles(human: Human, ankle: float, thick: dict[str, float]) -> Human:

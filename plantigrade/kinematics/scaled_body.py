@@ -118,10 +118,9 @@ def scale(trials: Sequence[Prepared], *, marker_set: MarkerSet | None = None) ->
     feet = set_flat(human, scaled.places, every, still, rate, poses[0], ground=ground)
     above = feet.above_ground
     if above and not any(t.ground or t.recording.plates for t in trials):
-        floors = dict.fromkeys(sources, Ground(height=above))
-        feet = set_flat(
-            human, scaled.places, every, still, rate, poses[0], ground=floors[sources[0]]
-        )
+        ground = Ground(height=above)
+        floors = dict.fromkeys(sources, ground)
+        feet = set_flat(human, scaled.places, every, still, rate, poses[0], ground=ground)
         where = f"{1e3 * abs(above):.0f} mm {'above' if above > 0.0 else 'below'}"
         notes = (*notes, f"the feet stand {where} the origin of the file: the floor was put there.")
     return ScaledBody(

@@ -73,7 +73,7 @@ def stature_warnings(
         return []
     stature, error, what = _estimate(human, places, person.sex)
     if what != FROM_LEGS:
-        expected, spread = stature_from_legs(_leg(human), person.sex)
+        expected, spread = stature_from_legs(human.dimensions.leg_length, person.sex)
         if marker_error > MAX_USUAL_ERROR or abs(given - expected) > MAX_USUAL_DEVIATION * spread:
             stature = free().height
     off = abs(given - stature) / error
@@ -101,12 +101,7 @@ def _estimate(
     trunk = bodies_of(human, ["lumbar_extension", "neck_extension"])
     if trunk & {place.body for place in places}:
         return human.height, BODY_STANDARD_ERROR, "the markers"
-    return (*stature_from_legs(_leg(human), sex), FROM_LEGS)
-
-
-def _leg(human: Human) -> float:
-    d = human.dimensions
-    return d.leg_length
+    return (*stature_from_legs(human.dimensions.leg_length, sex), FROM_LEGS)
 
 
 def stature_notes(

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from plantigrade.arrays import Array
+from plantigrade.arrays import Array, spread
 from plantigrade.control import Posture
 from plantigrade.control.choices import STANDING, settings_among
 from plantigrade.control.gait.reference import period_of
@@ -124,7 +124,6 @@ def world_of(
     )
     mismatch.apply(world)
     if (motion := begin.motion) is not None:
-        n = 1 + int(motion.duration * CONTACT_RATE)
-        frames = np.linspace(0, motion.n_frames - 1, n).round().astype(int)
+        frames = spread(motion.n_frames, 1 + int(motion.duration * CONTACT_RATE))
         world.allow_contacts_of(motion.qpos[frames])
     return world

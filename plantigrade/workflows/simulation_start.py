@@ -140,7 +140,7 @@ def _over_ground(begin: Start, record: Record) -> tuple[Start, Record]:
 def _on_the_ground(begin: Start, record: Record) -> tuple[Start, Record]:
     """Return a start and its motion, put on level ground that its standing feet do not meet."""
     ground, motion = record.ground, record.motion
-    if begin.sites or ground != Ground(height=ground.height, friction=ground.friction):
+    if begin.sites or not ground.level:
         return begin, record
     under = ground_under(record.human, motion.qpos, rate_of(motion.time))
     if under is None or np.abs(under - ground.height).max() < MIN_SOLE_HEIGHT:

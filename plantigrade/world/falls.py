@@ -64,9 +64,9 @@ class FallWatch:
         self._ground_contact = np.outer(self._ground, limb) | np.outer(limb, self._ground)
 
     def allow(self, qpos: Float[Array, "n_frames nq"]) -> None:
-        """Let bodies touch level ground with which a motion does: a hand that picks something up.
+        """Let bodies that touch level ground in a motion, as a hand that lifts a box, touch it.
 
-        Those that are as near in standing, the shanks, still may not.
+        Shanks, which are as near in standing, still may not.
         """
         if np.isfinite(self._max_ground_height):
             near = self._near(qpos) - self._near([self._human.standing()])

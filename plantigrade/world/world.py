@@ -141,8 +141,9 @@ class World(SimulatedWorld):
         self.reset()
 
     def allow_contacts_of(self, qpos: Float[Array, "n_frames nq"]) -> None:
-        """Let bodies touch level ground, which is no fall, with which a motion does."""
-        self._falls.allow(qpos)
+        """Let bodies that touch level ground in a motion touch it without having fallen."""
+        if self.ground.level:
+            self._falls.allow(qpos)
 
     def reset(
         self,

@@ -9,7 +9,7 @@ from plantigrade.constants import GRAVITY
 from plantigrade.contact.site import foot_sites
 from plantigrade.errors import ParameterError
 from plantigrade.models import Human
-from plantigrade.trajopt.tasks.gait_parameters import gait_parameters, leg_length
+from plantigrade.trajopt.tasks.gait_parameters import gait_parameters
 from plantigrade.trajopt.tasks.walking_plan import (
     periodic_walk_plan,
     standing_distance,
@@ -127,7 +127,9 @@ def test_still_walk_still(speed, first):
         4 * p.swing_time / (4 * p.swing_time + 3 * p.double_support), abs=0.01
     )
     # The rest is long enough to fall over to one foot: the body is a pendulum.
-    assert plan.stances[1].toe_off == pytest.approx(2 * np.sqrt(leg_length(HUMAN) / GRAVITY))
+    assert plan.stances[1].toe_off == pytest.approx(
+        2 * np.sqrt(HUMAN.dimensions.leg_length / GRAVITY)
+    )
 
 
 def test_stances_are_in_order_and_a_foot_has_one_at_a_time():

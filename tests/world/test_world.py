@@ -6,7 +6,7 @@ import pytest
 
 from plantigrade.analyze.check import check
 from plantigrade.constants import GRAVITY
-from plantigrade.contact.ground import Ground
+from plantigrade.contact.ground import Ground, GroundStep
 from plantigrade.control import Posture, passive
 from plantigrade.errors import CoordinateNotFound, ParameterError
 from plantigrade.models import Human
@@ -284,3 +284,9 @@ def test_a_hand_that_touches_the_ground_in_the_motion_is_no_fall():
         world.step(StablePD(reach[7:]))
         touched = world.fall is not None and world.fall.body[:7] == "fingers"
         assert touched != allowed
+    edge = Ground(steps=(GroundStep(2.0, 0.3),))  # heights differ: a hand that is low tells nothing
+    world = World(human, edge, qpos=reach)
+    world.allow_contacts_of(np.array([reach]))
+    world.step(StablePD(reach[7:]))
+    world.step(StablePD(reach[7:]))
+    assert world.fall is not None

@@ -108,12 +108,6 @@ class GaitParameters:
         return self.speed / float(np.sqrt(self.gravity * self.leg_length))
 
 
-def leg_length(human: Human) -> float:
-    """Return how long a person's legs are, hip to ground [m]."""
-    d = human.dimensions
-    return d.leg_length
-
-
 def gait_parameters(
     human: Human | float,
     speed: float,
@@ -137,7 +131,7 @@ def gait_parameters(
         >>> round(free.step_length, 2), round(free.cadence), round(free.stance_fraction, 2)
         (0.7, 111, 0.59)
     """
-    length = leg_length(human) if isinstance(human, Human) else float(human)
+    length = human.dimensions.leg_length if isinstance(human, Human) else float(human)
     if not 0.2 <= length <= 1.5:
         raise ParameterError(f"a leg length of {length} m must lie between 0.2 and 1.5 m")
     number("speed", speed, MIN_WALKING_SPEED, MAX_WALKING_SPEED, "m/s", "walking")

@@ -29,7 +29,6 @@ from plantigrade.errors import ParameterError
 from plantigrade.kinematics.state import BodyState
 from plantigrade.models import Human
 from plantigrade.spatial.conventions import about_vertical
-from plantigrade.trajopt.tasks.gait_parameters import leg_length
 
 MAX_FROUDE = (0.165, 0.4), (1.4, 1.0)
 """Gravity relative to the earth's, and the largest Froude number of a walk there [1]. A point mass
@@ -139,7 +138,7 @@ def check_crouch(human: Human, depth: float, strength: float) -> None:
 
 def check_froude(human: Human, speed: float) -> None:
     """Refuse to walk faster [m/s] than gravity holds a body on the arc of a leg."""
-    leg, g = leg_length(human), human.gravity
+    leg, g = human.dimensions.leg_length, human.gravity
     froude, most = speed**2 / (g * leg), float(np.sqrt(g * leg))
     limit = float(np.interp(g / GRAVITY, *MAX_FROUDE))
     most *= float(np.sqrt(limit))

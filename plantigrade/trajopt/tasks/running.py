@@ -25,7 +25,7 @@ from plantigrade.constants import GRAVITY
 from plantigrade.contact.plan import ContactPlan, Footprint, Stance
 from plantigrade.models import Human
 from plantigrade.trajopt.guess.walk import crude_guess
-from plantigrade.trajopt.tasks.gait_parameters import TOE_OUT, leg_length
+from plantigrade.trajopt.tasks.gait_parameters import TOE_OUT
 from plantigrade.trajopt.tasks.gait_settings import RunSettings
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.tasks.walking import STANDING_POSTURE, UPRIGHT_WEIGHTS
@@ -87,7 +87,7 @@ def running_plan(human: Human, parameters: RunSettings) -> ContactPlan:
     Raises:
         ParameterError: If the time of contact leaves no flight.
     """
-    length, speed = leg_length(human), parameters.speed
+    length, speed = human.dimensions.leg_length, parameters.speed
     slower = float(np.sqrt(length / REFERENCE_LEG))  # [1] times of longer legs are longer
     faster = speed / REFERENCE_SPEED
     cadence = parameters.cadence or CADENCE * faster**CADENCE_EXPONENT / slower

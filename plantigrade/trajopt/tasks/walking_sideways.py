@@ -16,7 +16,7 @@ from plantigrade.models import Human
 from plantigrade.side_names import opposite
 from plantigrade.trajopt.guess.postures import level_foot, reaching, standing_feet, standing_posture
 from plantigrade.trajopt.problem.contact_body import ContactBody
-from plantigrade.trajopt.tasks.gait_parameters import TOE_OUT, leg_length
+from plantigrade.trajopt.tasks.gait_parameters import TOE_OUT
 from plantigrade.trajopt.tasks.gait_settings import WalkSidewaysSettings
 from plantigrade.trajopt.tasks.task import MotionTask
 from plantigrade.trajopt.tasks.walking import walking_terms
@@ -40,7 +40,7 @@ def walk_sideways(human: Human, parameters: WalkSidewaysSettings) -> MotionTask:
     Raises:
         ParameterError: If the strides are too long for this person.
     """
-    leg = leg_length(human)
+    leg = human.dimensions.leg_length
     cadence, speed = parameters.cadence, parameters.speed
     stride = STRIDE_SHARE * leg if cadence is None else speed * 120.0 / cadence
     what = f"strides to the side at this cadence on legs of {leg:.2f} m"
